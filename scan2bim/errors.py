@@ -40,6 +40,10 @@ class InputError(Scan2BimError):
         self.advice = advice
         super().__init__(f"{path}: {problem}" + (f" {advice}" if advice else ""))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[Path, str, str]]:
+        """Rebuild from its parts, so that the error travels whole from a reading process."""
+        return type(self), (self.path, self.problem, self.advice)
+
 
 class ClosedFormatError(InputError):
     """A vendor's closed format."""
