@@ -1,0 +1,118 @@
+"""The read stage for one scan: its points into tiles, what it saw into a panorama, its summary into a small file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from json import dumps, loads
+from pathlib import Path
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.frame import SurveyFrame
+from scan2bim.cloud.panorama import Panorama, add_hits, add_misses, edge_for
+from scan2bim.cloud.scan import Chunk, ScanHeader
+from scan2bim.cloud.tiles import TileWriter
+from scan2bim.config import ReadSettings
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class ScanSummary:
+    """What the read stage found in a scan: station number, points kept and dropped, local bounds, position of the scanner."""
+
+    station: int
+    name: str
+    points: int
+    dropped: int
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    position: tuple[float, float, float] | None
+    has_colour: bool
+
+    @staticmethod
+    def load(folder: Path) -> ScanSummary:
+        """Of the scan whose results lie in ``folder``."""
+        data = loads((folder / "summary.json").read_text(encoding="utf-8"))
+        for key in ("lower", "upper", "position"):
+            data[key] = None if data[key] is None else tuple(data[key])
+        return ScanSummary(**data)
+
+
+def ingest_scan(
+    header: ScanHeader,
+    chunks: Iterator[Chunk],
+    station: int,
+    frame: SurveyFrame,
+    folder: Path,
+    settings: ReadSettings,
+    progress: Progress,
+) -> None:
+    """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, summary.json and, with a pose, panorama.npz."""
+    matrix, offset = frame.of_scan(header)
+    position = None if header.pose is None else frame.position_of(header)
+    ranges = _empty_ranges(header, settings) if position is not None else None
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    kept = dropped = 0
+    with TileWriter(folder) as writer:
+        for chunk in chunks:
+            local = _transform(chunk.xyz, matrix, offset)
+            dropped += chunk.dropped
+            kept += len(local)
+            if len(local):
+                low, high = np.minimum(low, local.min(0)), np.maximum(high, local.max(0))
+                writer.add(local, _colour(chunk), _grey(chunk), _stations(chunk, station))
+                if ranges is not None and position is not None:
+                    add_hits(local, position.astype(np.float32), ranges)
+            if ranges is not None and chunk.misses is not None:
+                add_misses((chunk.misses @ matrix.T.astype(np.float32)).astype(np.float32), ranges)
+            progress(min(1.0, (kept + dropped) / max(header.points, 1)))
+    if ranges is not None and position is not None:
+        Panorama(position, ranges).save(folder / "panorama.npz")
+    summary = ScanSummary(
+        station, header.name, kept, dropped, _three(low), _three(high), None if position is None else _three(position), header.has_colour
+    )
+    (folder / "summary.json").write_text(dumps(asdict(summary)), encoding="utf-8")
+
+
+def _three(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    finite = np.where(np.isfinite(values), values, 0.0)
+    return (round(float(finite[0]), 6), round(float(finite[1]), 6), round(float(finite[2]), 6))
+
+
+def _empty_ranges(header: ScanHeader, settings: ReadSettings) -> NDArray[np.float32]:
+    step = 2 * np.pi / header.columns if header.columns else np.sqrt(4 * np.pi / max(header.points, 1))
+    edge = edge_for(max(step, np.sqrt(2 * np.pi / max(header.points, 1))), settings.panorama_edge)
+    return np.zeros((6, edge, edge), np.float32)
+
+
+def _colour(chunk: Chunk) -> NDArray[np.uint8]:
+    if chunk.rgb is not None:
+        return chunk.rgb
+    return np.repeat(_grey(chunk)[:, None], 3, axis=1)
+
+
+def _grey(chunk: Chunk) -> NDArray[np.uint8]:
+    if chunk.intensity is None:
+        return np.full(len(chunk.xyz), 128, np.uint8)
+    return (np.clip(chunk.intensity, 0, 1) * np.float32(255)).astype(np.uint8)
+
+
+def _stations(chunk: Chunk, station: int) -> NDArray[np.uint16]:
+    return np.full(len(chunk.xyz), station, np.uint16)
+
+
+@nb.njit(cache=True, nogil=True)
+def _transform(xyz, matrix, offset):  # pyright: ignore
+    """``matrix @ p + offset`` for each point, as (n, 3) float32."""
+    out = np.empty(xyz.shape, np.float32)
+    for i in range(xyz.shape[0]):
+        x = xyz[i, 0]
+        y = xyz[i, 1]
+        z = xyz[i, 2]
+        for k in range(3):
+            out[i, k] = matrix[k, 0] * x + matrix[k, 1] * y + matrix[k, 2] * z + offset[k]
+    return out

@@ -1,0 +1,151 @@
+"""Depth panorama of a station: what it saw, by direction (design: the memory of the station).
+
+A cube map: six square faces of ``edge`` x ``edge`` cells round the station, axes parallel to the building's local frame.
+Each cell keeps the nearest range seen in it, or marks that a pulse went out and nothing came back. Cube faces need no
+trigonometry and their cells differ in solid angle by a factor of five at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+UNSEEN = np.float32(0.0)
+NO_RETURN = np.float32(-1.0)
+RANGE_STEP = 0.002
+"""Ranges are kept on disk in steps of 2 mm (uint16, so up to 131 m): below the noise of any scanner at any range."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Panorama:
+    """Position (3,) float64 in the local frame and ranges (6, edge, edge) float32 in metres; 0 unseen, -1 no return."""
+
+    position: NDArray[np.float64]
+    ranges: F32
+
+    def save(self, path: Path) -> None:
+        """Write as a numpy archive of position and uint16 ranges."""
+        steps = np.clip(np.rint(self.ranges / RANGE_STEP), 0, 65_534).astype(np.uint16)
+        steps[self.ranges == NO_RETURN] = 65_535
+        with path.open("wb") as file:
+            np.savez(file, position=self.position, steps=steps)
+
+    @staticmethod
+    def load(path: Path) -> Panorama:
+        """Read what ``save`` wrote."""
+        with np.load(path) as data:
+            steps = data["steps"]
+            ranges = steps.astype(np.float32) * np.float32(RANGE_STEP)
+            ranges[steps == 65_535] = NO_RETURN
+            return Panorama(data["position"], ranges)
+
+
+def edge_for(step: float, limit: int) -> int:
+    """Cells along a cube edge so that a cell holds at least one pulse of a scan with ``step`` radians between pulses."""
+    return int(np.clip(2.0 / max(step, 1e-4) * 0.5, 48, limit))
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def cube_cell(dx, dy, dz, edge):  # pyright: ignore
+    """Face, row and column of the cube map for a direction (any length)."""
+    ax = abs(dx)
+    ay = abs(dy)
+    az = abs(dz)
+    if ax >= ay and ax >= az:
+        face = 0 if dx > 0 else 1
+        m = ax
+        u = dy
+        v = dz
+    elif ay >= az:
+        face = 2 if dy > 0 else 3
+        m = ay
+        u = dx
+        v = dz
+    else:
+        face = 4 if dz > 0 else 5
+        m = az
+        u = dx
+        v = dy
+    if m <= 0.0:
+        return 0, 0, 0
+    s = 0.5 * edge / m
+    a = min(int(u * s + 0.5 * edge), edge - 1)
+    b = min(int(v * s + 0.5 * edge), edge - 1)
+    return face, a, b
+
+
+@nb.njit(cache=True, nogil=True)
+def add_hits(local, position, ranges):  # pyright: ignore
+    """Keep the nearest range of points ``local`` (n, 3) float32 in ``ranges`` (6, edge, edge); in place."""
+    edge = ranges.shape[1]
+    for i in range(local.shape[0]):
+        dx = local[i, 0] - position[0]
+        dy = local[i, 1] - position[1]
+        dz = local[i, 2] - position[2]
+        f, a, b = cube_cell(dx, dy, dz, edge)
+        r = np.sqrt(dx * dx + dy * dy + dz * dz)
+        old = ranges[f, a, b]
+        if old <= 0.0 or r < old:
+            ranges[f, a, b] = r
+
+
+@nb.njit(cache=True, nogil=True)
+def add_misses(directions, ranges):  # pyright: ignore
+    """Mark cells that only pulses without return went through; directions (m, 3) float32 in the local frame."""
+    edge = ranges.shape[1]
+    for i in range(directions.shape[0]):
+        f, a, b = cube_cell(directions[i, 0], directions[i, 1], directions[i, 2], edge)
+        if ranges[f, a, b] == 0.0:
+            ranges[f, a, b] = -1.0
+
+
+@nb.njit(cache=True, nogil=True)
+def seen_through(points, position, ranges, margin):  # pyright: ignore
+    """What a station says of each of ``points`` (n, 3) float32: 1 looked through it, 2 saw it, 3 was blocked before it, 0 nothing.
+
+    ``margin`` in metres is the half-width of "saw it".
+    """
+    out = np.zeros(points.shape[0], np.uint8)
+    edge = ranges.shape[1]
+    for i in range(points.shape[0]):
+        dx = points[i, 0] - position[0]
+        dy = points[i, 1] - position[1]
+        dz = points[i, 2] - position[2]
+        f, a, b = cube_cell(dx, dy, dz, edge)
+        r = ranges[f, a, b]
+        if r == 0.0:
+            continue
+        d = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if r > d + margin:
+            out[i] = 1
+        elif r >= d - margin:
+            out[i] = 2
+        elif r > 0.0:
+            out[i] = 3
+    return out
+
+
+def free_of(points: F32, panoramas: list[Panorama], margin: float, reach: float) -> NDArray[np.uint8]:
+    """Bits per point (n,): 1 some station looked through it, 2 some saw it, 4 some was blocked before it.
+
+    Stations farther than ``reach`` metres from all points are skipped.
+    """
+    bits = np.zeros(len(points), np.uint8)
+    if not len(points):
+        return bits
+    low, high = points.min(0), points.max(0)
+    for panorama in panoramas:
+        gap = np.maximum(np.maximum(low - panorama.position, panorama.position - high), 0.0)
+        if float(np.hypot(gap[0], gap[1])) > reach or gap[2] > reach:
+            continue
+        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(margin))
+        bits |= _BIT[said]
+    return bits
+
+
+_BIT = np.array([0, 1, 2, 4], np.uint8)

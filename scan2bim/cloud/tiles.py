@@ -1,0 +1,157 @@
+"""Points of one scan on disk, grouped by tile, in 12 bytes each.
+
+A tile is a cube of 8 m in the building's local frame. Coordinates in it are uint16 in steps of 8 m / 65536 = 0.12 mm, far below
+the noise of any scanner. A scan's points lie in one file, chunk after chunk, each chunk sorted by tile; the index says which run
+of records belongs to which tile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.errors import ResourceError
+
+TILE = 8.0
+"""Edge of a tile, metres: small enough for dense grids in a tile (5 cm: 2 M cells), large enough to keep the index short."""
+STEPS = 65_536
+POINT = np.dtype(
+    [("x", "<u2"), ("y", "<u2"), ("z", "<u2"), ("r", "u1"), ("g", "u1"), ("b", "u1"), ("i", "u1"), ("station", "<u2")]
+)
+RUN = np.dtype([("tile", "<i4", (3,)), ("start", "<i8"), ("count", "<i8")])
+MAX_TILES_A_CHUNK = 65_536
+TABLE = 1 << 18
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileIndex:
+    """Which runs of a scan's point file belong to which tile: records of dtype RUN, sorted by tile."""
+
+    path: Path
+    runs: NDArray[np.void]
+
+    @staticmethod
+    def load(folder: Path) -> TileIndex:
+        """Of the scan whose results lie in ``folder``."""
+        return TileIndex(folder / "points.bin", np.load(folder / "runs.npy"))
+
+
+class TileWriter:
+    """Writes a scan's points; a context manager. ``add`` takes local coordinates (n, 3) float32."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._runs: list[NDArray[np.void]] = []
+        self._written = 0
+
+    def __enter__(self) -> TileWriter:
+        self._file = (self._folder / "points.bin").open("wb", buffering=0)
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._file.close()
+        if exc[0] is None:
+            runs = np.concatenate(self._runs) if self._runs else np.zeros(0, RUN)
+            order = np.lexsort((runs["start"], runs["tile"][:, 2], runs["tile"][:, 1], runs["tile"][:, 0]))
+            np.save(self._folder / "runs.npy", runs[order])
+
+    def add(self, local: NDArray[np.float32], rgb: NDArray[np.uint8], grey: NDArray[np.uint8], station: NDArray[np.uint16]) -> None:
+        """Append a chunk: colour (n, 3) uint8, grey (n,) uint8 intensity, station (n,) uint16."""
+        slots, keys, counts = _group(local, np.float32(1.0 / TILE))
+        if len(keys) > MAX_TILES_A_CHUNK:
+            raise ResourceError(
+                f"{self._folder}: one chunk of points spreads over more than {MAX_TILES_A_CHUNK} tiles of {TILE:g} m. "
+                "The coordinates are not those of a building; check the unit with --unit."
+            )
+        starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
+        records = np.empty(len(local), POINT)
+        flat = records.view(np.uint8).reshape(-1, POINT.itemsize)
+        _scatter(local, rgb, grey, station, slots, starts.copy(), np.float32(STEPS / TILE), keys, np.float32(TILE), flat)
+        self._file.write(records.data)
+        runs = np.zeros(len(keys), RUN)
+        runs["tile"], runs["start"], runs["count"] = keys, self._written + starts, counts
+        self._runs.append(runs)
+        self._written += len(local)
+
+
+def read_tile(index: TileIndex, tile: NDArray[np.int32]) -> NDArray[np.void]:
+    """All points of one scan in one tile, dtype POINT (n,)."""
+    at = (index.runs["tile"] == tile).all(1)
+    parts: list[NDArray[np.void]] = []
+    with index.path.open("rb") as file:
+        for run in index.runs[at]:
+            file.seek(int(run["start"]) * POINT.itemsize)
+            parts.append(np.fromfile(file, POINT, int(run["count"])))
+    return np.concatenate(parts) if parts else np.zeros(0, POINT)
+
+
+@nb.njit(cache=True, nogil=True)
+def _group(local, inverse):  # pyright: ignore
+    """Slot of each point's tile (n,), the tiles' keys (t, 3) and their point counts (t,)."""
+    n = local.shape[0]
+    slots = np.empty(n, np.int32)
+    keys = np.empty((1024, 3), np.int32)
+    counts = np.zeros(1024, np.int64)
+    table = np.full(TABLE, -1, np.int32)
+    used = 0
+    lx = np.int32(0)
+    ly = np.int32(0)
+    lz = np.int32(0)
+    slot = -1
+    for i in range(n):
+        x = np.int32(np.floor(local[i, 0] * inverse))
+        y = np.int32(np.floor(local[i, 1] * inverse))
+        z = np.int32(np.floor(local[i, 2] * inverse))
+        if slot < 0 or x != lx or y != ly or z != lz:
+            h = (x * 73_856_093 ^ y * 19_349_663 ^ z * 83_492_791) & (TABLE - 1)
+            slot = -1
+            while table[h] >= 0:
+                s = table[h]
+                if keys[s, 0] == x and keys[s, 1] == y and keys[s, 2] == z:
+                    slot = s
+                    break
+                h = (h + 1) & (TABLE - 1)
+            if slot < 0:
+                if used > MAX_TILES_A_CHUNK:
+                    break
+                if used == keys.shape[0]:
+                    bigger = np.empty((2 * used, 3), np.int32)
+                    bigger[:used] = keys
+                    keys = bigger
+                    more = np.zeros(2 * used, np.int64)
+                    more[:used] = counts
+                    counts = more
+                keys[used, 0] = x
+                keys[used, 1] = y
+                keys[used, 2] = z
+                table[h] = used
+                slot = used
+                used += 1
+            lx = x
+            ly = y
+            lz = z
+        slots[i] = slot
+        counts[slot] += 1
+    return slots, keys[:used].copy(), counts[:used].copy()
+
+
+@nb.njit(cache=True, nogil=True)
+def _scatter(local, rgb, grey, station, slots, at, scale, keys, tile, out):  # pyright: ignore
+    """Write each point as 12 little-endian bytes at its tile's next place; ``at`` (t,) are the first places."""
+    for i in range(local.shape[0]):
+        s = slots[i]
+        j = at[s]
+        at[s] += 1
+        for k in range(3):
+            q = int((local[i, k] - keys[s, k] * tile) * scale)
+            q = min(max(q, 0), 65_535)
+            out[j, 2 * k] = q & 255
+            out[j, 2 * k + 1] = q >> 8
+            out[j, 6 + k] = rgb[i, k]
+        out[j, 9] = grey[i]
+        out[j, 10] = station[i] & 255
+        out[j, 11] = station[i] >> 8
