@@ -1,8 +1,8 @@
 """The semantic model of a building: the one truth from which everything that leaves the program is made.
 
 Metres, z up, right-handed, in the building's local frame: scan coordinates (unit and up axis applied) less
-``Frame.shift``. Values are frozen pydantic models; unknown keys are refused. ``id`` is stable from run to run on the same
-input, ``name`` is for people.
+``Frame.shift``. Values are frozen pydantic models; unknown keys are refused. ``id`` is stable from run to run on the
+same input, ``name`` is for people.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Dimension(Record):
 class Evidence(Record):
     """What supports an element.
 
-    points: scan points on it. rms: root mean square distance of those to the fitted surface, metres. coverage: share of the
-    visible face with points. faces_seen: how many of its faces (2 for a wall) have points. scans: ids of the
+    points: scan points on it. rms: root mean square distance of those to the fitted surface, metres. coverage: share
+    of the visible face with points. faces_seen: how many of its faces (2 for a wall) have points. scans: ids of the
     ``ScanSource`` that see it. sentence: the evidence in words.
     """
 
@@ -65,9 +65,9 @@ class Element(Record):
 class Door(Element):
     """The fill of an opening. What cannot be known is None or "unknown", never guessed.
 
-    angle: of the leaf from closed, radians. hinge_side: seen from the side on the left of the wall's axis direction (start to
-    end), at which end of the opening (start = nearer to the wall's start) the leaf hangs. swing_side: the side of the wall
-    axis, looking from start to end, that the leaf swings to. operation: IfcDoorTypeOperationEnum.
+    angle: of the leaf from closed, radians. hinge_side: seen from the side on the left of the wall's axis direction
+    (start to end), at which end of the opening (start = nearer to the wall's start) the leaf hangs. swing_side: the
+    side of the wall axis, looking from start to end, that the leaf swings to. operation: IfcDoorTypeOperationEnum.
     """
 
     kind: Literal["door"] = "door"
@@ -89,8 +89,8 @@ class Window(Element):
 class Opening(Element):
     """A rectangular void through its host wall, perpendicular to it.
 
-    offset: from the wall axis's start to the opening's nearer jamb, along the axis. sill: from the wall's base up to the lower edge.
-    A passage or hole has no fill.
+    offset: from the wall axis's start to the opening's nearer jamb, along the axis. sill: from the wall's base up to
+    the lower edge. A passage or hole has no fill.
     """
 
     offset: Dimension
@@ -148,7 +148,7 @@ class Covering(Area):
 
 
 class Space(Element):
-    """A room: outline and holes of its clear inner area, from ``base`` (z) up by ``height``. Area and volume are net."""
+    """A room: outline and holes of its clear area, from ``base`` (z) up by ``height``. Area and volume are net."""
 
     outline: Ring
     holes: tuple[Ring, ...] = ()
@@ -178,7 +178,7 @@ class Stair(Element):
 
 
 class Storey(Record):
-    """A storey: ``elevation`` is the z of its main floor's upper side; ``height`` up to its main ceiling, or None if unseen."""
+    """A storey: ``elevation`` is the z of its main floor, ``height`` up to its main ceiling, or None if unseen."""
 
     id: str
     name: str
@@ -203,9 +203,10 @@ class ScanSource(Record):
 
 
 class Frame(Record):
-    """How file coordinates became local ones: scaled by ``unit`` (metres per file unit), turned so that ``up`` points up, less ``shift``.
+    """How file coordinates became local: scaled by ``unit`` (metres a file unit), ``up`` turned up, less ``shift``.
 
-    yaw: angle (radians) of the building's main wall direction to local x. crs: name or code of the coordinate reference system.
+    yaw: angle (radians) of the building's main wall direction to local x. crs: name or code of the coordinate
+    reference system.
     """
 
     unit: float = 1.0

@@ -1,0 +1,118 @@
+"""Questions to the model that more than one reader of it asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from scan2bim.model.elements import (
+    Building,
+    Door,
+    Element,
+    Opening,
+    Point2,
+    Point3,
+    ScanSource,
+    Storey,
+    Wall,
+    Window,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Hosted:
+    """An opening with the wall and the storey that it is in."""
+
+    storey: Storey
+    wall: Wall
+    opening: Opening
+
+
+def everything(building: Building) -> Iterator[Building | Storey | ScanSource | Element]:
+    """All that has an id: the building, its scans, storeys, elements, openings and what fills them."""
+    yield building
+    yield from building.scans
+    for storey in building.storeys:
+        yield storey
+        yield from elements_of(storey)
+
+
+def elements_of(storey: Storey) -> Iterator[Element]:
+    """All elements of a storey, a wall's openings and their fills right after the wall."""
+    for wall in storey.walls:
+        yield wall
+        for opening in wall.openings:
+            yield opening
+            if opening.fill is not None:
+                yield opening.fill
+    for group in (storey.spaces, storey.slabs, storey.coverings, storey.columns, storey.stairs):
+        yield from group
+
+
+def find(building: Building, identifier: str) -> Building | Storey | ScanSource | Element | None:
+    """The thing with this id, or None."""
+    return next((thing for thing in everything(building) if thing.id == identifier), None)
+
+
+def walls_of(building: Building) -> Iterator[tuple[Storey, Wall]]:
+    """All walls, each with its storey."""
+    for storey in building.storeys:
+        for wall in storey.walls:
+            yield storey, wall
+
+
+def openings_of(building: Building) -> Iterator[Hosted]:
+    """All openings of walls, filled or not."""
+    for storey, wall in walls_of(building):
+        for opening in wall.openings:
+            yield Hosted(storey, wall, opening)
+
+
+def doors_of(building: Building) -> Iterator[tuple[Hosted, Door]]:
+    """All doors, each with its opening, wall and storey."""
+    for hosted in openings_of(building):
+        if isinstance(hosted.opening.fill, Door):
+            yield hosted, hosted.opening.fill
+
+
+def windows_of(building: Building) -> Iterator[tuple[Hosted, Window]]:
+    """All windows, each with its opening, wall and storey."""
+    for hosted in openings_of(building):
+        if isinstance(hosted.opening.fill, Window):
+            yield hosted, hosted.opening.fill
+
+
+def wall_length(wall: Wall) -> float:
+    """Length of the wall's axis, metres."""
+    return math.dist(wall.start, wall.end)
+
+
+def wall_direction(wall: Wall) -> Point2:
+    """Unit vector in plan from the axis's start to its end; (1, 0) for an axis without length."""
+    length = wall_length(wall)
+    if length == 0.0:
+        return (1.0, 0.0)
+    return ((wall.end[0] - wall.start[0]) / length, (wall.end[1] - wall.start[1]) / length)
+
+
+def point_on_wall(wall: Wall, along: float, left: float, up: float) -> Point3:
+    """The point ``along`` metres from the axis's start, ``left`` metres to its left, ``up`` metres over the base."""
+    dx, dy = wall_direction(wall)
+    return (wall.start[0] + along * dx - left * dy, wall.start[1] + along * dy + left * dx, wall.base + up)
+
+
+def opening_corners(wall: Wall, opening: Opening, left: float = 0.0) -> tuple[Point3, Point3, Point3, Point3]:
+    """The opening's corners, metres, in the wall's centre plane, or ``left`` metres to the left of it.
+
+    Lower one nearer to the wall's start, lower one nearer to its end, upper one nearer to the end, upper one nearer to
+    the start.
+    """
+    start, low = opening.offset.value, opening.sill.value
+    end, high = start + opening.width.value, low + opening.height.value
+    return (
+        point_on_wall(wall, start, left, low),
+        point_on_wall(wall, end, left, low),
+        point_on_wall(wall, end, left, high),
+        point_on_wall(wall, start, left, high),
+    )
