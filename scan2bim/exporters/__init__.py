@@ -1,0 +1,9 @@
+"""Exporters: a file a format, found through the entry points group ``scan2bim.exporters``.
+
+An exporter is a module with ``export(building, path) -> tuple[str, ...]``: it writes the one file ``path`` from the
+model alone and gives in words what it left out. The entry point's name is the file's suffix, without the dot.
+"""
+
+from scan2bim.exporters.registry import Written, check_targets, known_suffixes, write_outputs
+
+__all__ = ["Written", "check_targets", "known_suffixes", "write_outputs"]
