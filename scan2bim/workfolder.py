@@ -134,6 +134,11 @@ class WorkFolder:
             place.rename(grave / key)
             shutil.rmtree(grave, ignore_errors=True)
 
+    def discard_stage(self, stage: str) -> None:
+        """Remove all results of a stage."""
+        for place in _folders(self.stages / stage):
+            self.discard(stage, place.name)
+
     def prune(self, keep: set[str]) -> int:
         """Remove all results whose keys are not in ``keep``. Gives how many were removed."""
         old = [p for stage in _folders(self.stages) for p in _folders(stage) if p.name not in keep]
@@ -191,7 +196,7 @@ def _unwritable_named(root: Path) -> Generator[None]:
 def _claim(root: Path) -> None:
     """Make the folder, or make sure that it is a work folder or empty: other files are never mixed with ours."""
     root.mkdir(parents=True, exist_ok=True)
-    known = {"format.json", "format.json.tmp", "lock", "tmp", "stages", "log.txt", "log.txt.1", "config.toml"}
+    known = {"format.json", "format.json.tmp", "lock", "tmp", "stages", "log.txt", "log.txt.1", "config.toml", "numba"}
     strange = sorted(p.name for p in root.iterdir() if p.name not in known)
     if strange and not (root / "format.json").exists():
         raise UsageError(

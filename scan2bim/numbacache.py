@@ -1,0 +1,41 @@
+"""Where numba keeps compiled functions: without a place that it can write to, it refuses to load them at all."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+VARIABLE = "NUMBA_CACHE_DIR"
+
+
+def numba_cache_folder() -> Path | None:
+    """The folder that numba would write to, None where there is none."""
+    if chosen := os.environ.get(VARIABLE):
+        return Path(chosen) if _writable(Path(chosen)) else None
+    beside = Path(__file__).parent / "__pycache__"
+    return next((folder for folder in (beside, _of_user()) if _writable(folder)), None)
+
+
+def ensure_numba_cache(fallback: Path) -> Path:
+    """Point numba to ``fallback`` where it has no place of its own. To be called before numba is imported."""
+    found = numba_cache_folder()
+    if found is None:
+        os.environ[VARIABLE] = str(fallback)
+    return found or fallback
+
+
+def _of_user() -> Path:
+    if sys.platform == "darwin":
+        return Path("~/Library/Caches/numba").expanduser()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", "~")).expanduser() / "numba" / "Cache"
+    return Path(os.environ.get("XDG_CACHE_HOME", "~/.cache")).expanduser() / "numba"
+
+
+def _writable(folder: Path) -> bool:
+    """Whether the folder, or what would be its parents, can be written to."""
+    place = folder.absolute()
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
