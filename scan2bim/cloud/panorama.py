@@ -149,3 +149,46 @@ def free_of(points: F32, panoramas: list[Panorama], margin: float, reach: float)
 
 
 _BIT = np.array([0, 1, 2, 4], np.uint8)
+
+
+@nb.njit(cache=True, nogil=True)
+def _agreeing(points, position, ranges, out):  # pyright: ignore
+    """Share of the 5 x 5 cells round each point's direction whose range is like the point's own; into ``out`` (n,)."""
+    edge = ranges.shape[1]
+    for i in range(points.shape[0]):
+        dx = points[i, 0] - position[0]
+        dy = points[i, 1] - position[1]
+        dz = points[i, 2] - position[2]
+        f, a, b = cube_cell(dx, dy, dz, edge)
+        d = np.sqrt(dx * dx + dy * dy + dz * dz)
+        seen = 0
+        alike = 0
+        for u in range(max(a - 2, 0), min(a + 3, edge)):
+            for v in range(max(b - 2, 0), min(b + 3, edge)):
+                r = ranges[f, u, v]
+                if r == 0.0:
+                    continue
+                seen += 1
+                if abs(r - d) < 0.1 * d + 0.1:
+                    alike += 1
+        out[i] = alike / seen if seen > 0 else 1.0
+
+
+def agreement(points: F32, station: NDArray[np.uint16], panoramas: dict[int, Panorama]) -> F32:
+    """How far each point (n, 3) agrees with what its own station saw round it, (n,) in 0-1; 1 where the station is unknown.
+
+    A surface fills its neighbourhood. A point that hangs alone before or behind what its neighbours saw is a mixed pixel, a
+    reflection in a pane, dust, or a thin thing: nothing to build walls from.
+    """
+    share = np.ones(len(points), np.float32)
+    order = np.argsort(station, kind="stable")
+    numbers, starts = np.unique(station[order], return_index=True)
+    for number, start, end in zip(numbers, starts, np.append(starts[1:], len(order)), strict=True):
+        panorama = panoramas.get(int(number))
+        if panorama is None:
+            continue
+        at = order[start:end]
+        out = np.zeros(len(at), np.float32)
+        _agreeing(np.ascontiguousarray(points[at]), panorama.position.astype(np.float32), panorama.ranges, out)
+        share[at] = out
+    return share

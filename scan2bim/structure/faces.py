@@ -1,0 +1,331 @@
+"""Wall faces in plan: straight runs of plan columns, grown from seeds and fitted to millimetres.
+
+A face is one visible side of a wall. Runs in one line are one face, also across a door or a wardrobe, and faces that are
+nearly parallel to the building's main directions are made so where that moves no point by more than the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.structure.plan import Columns, Plan
+
+FEWEST_BINS = 4
+"""Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
+BAND = 0.025
+"""Half-width of a face, metres: three times a scanner's noise and registration error together."""
+LOCAL_BAND = 0.018
+"""Half-width, metres, of the line looked for round one column: less than half of the thinnest wall."""
+SEED = 0.45
+"""Share of the 5 cm steps in half a metre that a line must fill to start a face."""
+SHORTEST = 0.20
+"""Length of a face, metres, below which its direction is noise."""
+PARALLEL = 0.996
+"""Cosine above which two runs may be one line (5 degrees): short runs are that uncertain; the band decides."""
+GAP = 3.0
+"""Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Face:
+    """One visible wall side in plan. ``centre`` (2,), ``normal`` (2,) unit, towards the air in front; ``low`` and ``high`` its extent along
+    the direction (``normal`` turned by -90 degrees: with the air on the left when walking along it); ``columns`` indices into the plan's columns;
+    ``rms`` metres; ``tall`` metres of its length that reach the ceiling zone; ``sided`` whether stations tell on which side the air is.
+    """
+
+    centre: F64
+    normal: F64
+    low: float
+    high: float
+    columns: I64
+    rms: float
+    tall: float
+    sided: bool
+
+    @property
+    def direction(self) -> F64:
+        """Unit vector along the face, air on the left."""
+        return np.array([self.normal[1], -self.normal[0]])
+
+    @property
+    def length(self) -> float:
+        """Metres from end to end."""
+        return self.high - self.low
+
+    def ends(self, margin: float = 0.0) -> F64:
+        """End points (2, 2), moved outwards by ``margin`` metres."""
+        return self.centre + np.outer([self.low - margin, self.high + margin], self.direction)
+
+
+def find_faces(plan: Plan) -> tuple[Face, ...]:
+    """Faces of the storey's walls, longest first; upright things that stay below the ceiling zone are left out."""
+    columns = plan.columns
+    zone = np.median(columns.bins[columns.high >= 3]) if (columns.high >= 3).any() else 10.0
+    upright = columns.bins >= FEWEST_BINS
+    index = np.full(plan.floor.shape, -1, np.int64)
+    at = np.flatnonzero(upright | (columns.high >= 2))
+    index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
+    angle, line = _local_lines(index, columns.pixel, columns.xy, columns.view)
+    region = _grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
+    wall_like = (columns.high >= 3) | (columns.bins >= 0.75 * zone)
+    faces = _fit_all(columns, region, wall_like)
+    faces = _merge_collinear(columns, faces, wall_like)
+    faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]
+    return tuple(sorted(_square_up(columns, faces), key=lambda f: -f.length))
+
+
+def main_direction(faces: tuple[Face, ...] | list[Face]) -> float:
+    """Angle (radians, 0 to pi/2) of the building's main wall direction, weighted by length; 0 without faces."""
+    if not faces:
+        return 0.0
+    angles = np.array([np.arctan2(f.direction[1], f.direction[0]) for f in faces])
+    length = np.array([f.length for f in faces])
+    bins = np.zeros(180)
+    np.add.at(bins, np.floor(np.mod(np.degrees(angles), 90.0) * 2).astype(int) % 180, length)
+    best = np.radians((np.argmax(bins + np.roll(bins, 1) + np.roll(bins, -1)) + 0.5) / 2)
+    off = _mod_quarter(angles - best)
+    near = np.abs(off) < np.radians(1.5)
+    return float(np.mod(best + np.average(off[near], weights=length[near] ** 2), np.pi / 2))
+
+
+def _mod_quarter(angle: F64) -> F64:
+    """Angle to the nearest multiple of a right angle, -pi/4 to pi/4."""
+    return np.mod(angle + np.pi / 4, np.pi / 2) - np.pi / 4
+
+
+@nb.njit(cache=True, nogil=True)
+def _local_lines(index, pixel, xy, view):  # pyright: ignore
+    """Direction angle (m,) of the line through each column that most of its neighbours lie on, and how full it is (m,) 0-1.
+
+    A search over directions through the column itself: the other face of a thin wall, 5 to 15 cm away, would pull a fit by moments.
+    """
+    m = pixel.shape[0]
+    angle = np.zeros(m)
+    line = np.zeros(m)
+    rows, cols = index.shape
+    reach = 5
+    steps = 36
+    cosine = np.cos(np.arange(steps) * np.pi / steps)
+    sine = np.sin(np.arange(steps) * np.pi / steps)
+    filled = np.zeros(2 * reach + 1, np.uint8)
+    dx = np.empty(121)
+    dy = np.empty(121)
+    for i in range(m):
+        if index[pixel[i, 1], pixel[i, 0]] != i:
+            continue
+        k = 0
+        for r in range(max(pixel[i, 1] - reach, 0), min(pixel[i, 1] + reach + 1, rows)):
+            for c in range(max(pixel[i, 0] - reach, 0), min(pixel[i, 0] + reach + 1, cols)):
+                j = index[r, c]
+                if j < 0 or view[i, 0] * view[j, 0] + view[i, 1] * view[j, 1] < -0.2:
+                    continue
+                dx[k] = xy[j, 0] - xy[i, 0]
+                dy[k] = xy[j, 1] - xy[i, 1]
+                k += 1
+        best = 0
+        for t in range(steps):
+            filled[:] = 0
+            for j in range(k):
+                if abs(dy[j] * cosine[t] - dx[j] * sine[t]) < LOCAL_BAND:
+                    along = int(np.floor((dx[j] * cosine[t] + dy[j] * sine[t]) / PLAN + 0.5)) + reach
+                    if 0 <= along < filled.size:
+                        filled[along] = 1
+            count = filled.sum()
+            if count > best:
+                best = count
+                angle[i] = t * np.pi / steps
+        sxx = 1e-12
+        sxy = 0.0
+        for j in range(k):
+            u = dx[j] * np.cos(angle[i]) + dy[j] * np.sin(angle[i])
+            v = dy[j] * np.cos(angle[i]) - dx[j] * np.sin(angle[i])
+            if abs(v) < LOCAL_BAND:
+                sxx += u * u
+                sxy += u * v
+        angle[i] += np.arctan(sxy / sxx)
+        line[i] = best / filled.size
+    return angle, line
+
+
+@nb.njit(cache=True, nogil=True)
+def _grow(index, pixel, xy, weight, view, angle, line, band):  # pyright: ignore
+    """Region number (m,) of each column, -1 where none: straight runs on one side of a wall."""
+    m = pixel.shape[0]
+    region = np.full(m, -1, np.int64)
+    order = np.argsort(-(line * weight))
+    rows, cols = index.shape
+    queue = np.empty(m, np.int64)
+    used = 0
+    for start in order:
+        if region[start] >= 0 or line[start] < SEED or index[pixel[start, 1], pixel[start, 0]] != start:
+            continue
+        nx = -np.sin(angle[start])
+        ny = np.cos(angle[start])
+        if nx * view[start, 0] + ny * view[start, 1] < 0:
+            nx = -nx
+            ny = -ny
+        cx = xy[start, 0]
+        cy = xy[start, 1]
+        ox = cx
+        oy = cy
+        s = 0.0
+        sx = 0.0
+        sy = 0.0
+        sxx = 0.0
+        sxy = 0.0
+        syy = 0.0
+        head = 0
+        tail = 1
+        refit = 6
+        queue[0] = start
+        region[start] = used
+        while head < tail:
+            i = queue[head]
+            head += 1
+            w = weight[i]
+            x = xy[i, 0] - ox
+            y = xy[i, 1] - oy
+            s += w
+            sx += w * x
+            sy += w * y
+            sxx += w * x * x
+            sxy += w * x * y
+            syy += w * y * y
+            if head == refit:
+                refit = int(refit * 1.5)
+                a = sxx / s - (sx / s) ** 2
+                b = sxy / s - sx * sy / (s * s)
+                d = syy / s - (sy / s) ** 2
+                t = 0.5 * np.arctan2(2 * b, a - d)
+                mx = -np.sin(t)
+                my = np.cos(t)
+                if mx * nx + my * ny < 0:
+                    mx = -mx
+                    my = -my
+                nx = mx
+                ny = my
+                cx = ox + sx / s
+                cy = oy + sy / s
+            for r in range(max(pixel[i, 1] - 3, 0), min(pixel[i, 1] + 4, rows)):
+                for c in range(max(pixel[i, 0] - 3, 0), min(pixel[i, 0] + 4, cols)):
+                    j = index[r, c]
+                    if j < 0 or region[j] >= 0:
+                        continue
+                    if abs(nx * (xy[j, 0] - cx) + ny * (xy[j, 1] - cy)) > band:
+                        continue
+                    if nx * view[j, 0] + ny * view[j, 1] < -0.05:
+                        continue
+                    if line[j] > SEED and abs(-np.sin(angle[j]) * nx + np.cos(angle[j]) * ny) < 0.85:
+                        continue
+                    region[j] = used
+                    queue[tail] = j
+                    tail += 1
+        used += 1
+    return region
+
+
+def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> list[Face]:
+    order = np.argsort(region, kind="stable")
+    order = order[region[order] >= 0]
+    groups = np.split(order, np.flatnonzero(np.diff(region[order])) + 1) if len(order) else []
+    faces = [_fit(columns, g, wall_like) for g in groups if len(g) >= 4]
+    return [f for f in faces if f.length >= SHORTEST and f.length > 6 * f.rms]
+
+
+def _fit(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F64 | None = None) -> Face:
+    """Robust line through columns ``at``, weighted by how tall they are; ``normal`` fixes its direction."""
+    xy = columns.xy[at]
+    tall = columns.bins[at].astype(np.float64) * np.where(wall_like[at], 1.0, 0.3)
+    weight = tall
+    centre, n = np.zeros(2), np.zeros(2)
+    distance = np.zeros(len(at))
+    for _ in range(3):
+        centre = np.average(xy, axis=0, weights=weight)
+        n = _smallest_axis(xy - centre, weight) if normal is None else normal
+        distance = (xy - centre) @ n
+        scale = max(1.4826 * float(np.median(np.abs(distance))), 0.001)
+        weight = tall / (1 + (distance / (2 * scale)) ** 2) ** 2 + 1e-9
+    lean = float((columns.view[at] @ n).mean())
+    if lean < 0:
+        n = -n
+    along = (xy - centre) @ np.array([n[1], -n[0]])
+    near = np.abs(distance) <= BAND
+    cells = np.unique(np.floor(along[wall_like[at]] / PLAN))
+    return Face(
+        centre, n, float(along.min()) - PLAN / 2, float(along.max()) + PLAN / 2, at,
+        float(np.sqrt(np.average(distance[near] ** 2, weights=weight[near]))) if near.any() else BAND,
+        len(cells) * PLAN, abs(lean) > 0.1,
+    )
+
+
+def _smallest_axis(offset: F64, weight: F64) -> F64:
+    covariance = (offset * weight[:, None]).T @ offset
+    return np.linalg.eigh(covariance)[1][:, 0]
+
+
+def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.bool_]) -> list[Face]:
+    """Runs of one line and one side become one face; repeated until nothing merges."""
+    while True:
+        faces = sorted(faces, key=lambda f: -f.length)
+        parent = np.arange(len(faces))
+        ends = np.array([f.ends() for f in faces]).reshape(-1, 2, 2)
+        normals = np.array([f.normal for f in faces]).reshape(-1, 2)
+        for i, a in enumerate(faces):
+            if parent[i] != i:
+                continue
+            later = np.arange(i + 1, len(faces))
+            near = (np.abs(normals[later] @ a.normal) > PARALLEL) & (
+                np.abs((ends[later] - a.centre) @ a.normal).max(1) < 1.5 * BAND
+            )
+            for j in later[near]:
+                if parent[j] == j and _in_line(a, faces[j]):
+                    parent[j] = i
+        if (parent == np.arange(len(faces))).all():
+            return faces
+        joined: list[Face] = []
+        for i, a in enumerate(faces):
+            members = [faces[j].columns for j in range(len(faces)) if parent[j] == i]
+            if len(members) == 1:
+                joined.append(a)
+            elif members:
+                joined.append(_fit(columns, np.concatenate(members), wall_like))
+        faces = joined
+
+
+def _in_line(a: Face, b: Face) -> bool:
+    """Whether the shorter face b continues the longer face a."""
+    side = float(a.normal @ b.normal)
+    if abs(side) < PARALLEL or (a.sided and b.sided and side < 0):
+        return False
+    ends = b.ends() - a.centre
+    if np.abs(ends @ a.normal).max() > BAND * (1.0 if b.length > 0.5 else 1.4):
+        return False
+    along = np.sort(ends @ a.direction)
+    return bool(along[0] - a.high < GAP and a.low - along[1] < GAP)
+
+
+def _square_up(columns: Columns, faces: list[Face]) -> list[Face]:
+    """Turn faces that are nearly so parallel or square to the main direction, where that moves their ends by less than their noise."""
+    main = main_direction(faces)
+    out: list[Face] = []
+    for face in faces:
+        angle = np.arctan2(face.direction[1], face.direction[0])
+        off = float(_mod_quarter(np.array([angle - main]))[0])
+        if abs(off) * face.length / 2 > max(0.008, 1.5 * face.rms) or abs(off) > np.radians(4):
+            out.append(face)
+            continue
+        turned = angle - off
+        normal = np.array([-np.sin(turned), np.cos(turned)])
+        xy = columns.xy[face.columns]
+        near = np.abs((xy - face.centre) @ face.normal) < BAND
+        weight = columns.bins[face.columns[near]]
+        shift = float(np.average((xy[near] - face.centre) @ normal, weights=weight)) if near.any() else 0.0
+        out.append(replace(face, centre=face.centre + shift * normal, normal=normal))
+    return out

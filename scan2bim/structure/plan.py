@@ -1,0 +1,157 @@
+"""Plan of one storey as rasters: where its floor and ceiling were seen, and where vertical surfaces stand.
+
+Pixels are the surfels' plan columns of 5 cm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.surfels import PLAN, TALL, Surfels
+from scan2bim.structure.storeys import Layers, StoreyLevels, standing_and_hanging
+
+SKIRT = 0.15
+"""Height above the floor, metres, below which nothing is taken for a wall: skirting boards, cables, thresholds."""
+FLUSH = 0.07
+"""Distance from the ceiling, metres, within which points belong to it."""
+SMALLEST_CEILING = 7
+"""Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
+LOWEST_CEILING = 1.2
+"""Clear height, metres, from which a surface overhead counts as ceiling; low under sloped roofs."""
+HIGH = 0.45
+"""Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """Vertical surfaces in plan: (m,) columns with two or more surfels one above the other.
+
+    ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied; ``high`` (m,) how many of
+    those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64 mean unit direction in plan from the surface
+    to the stations that saw it, zero where no station is known; ``points`` (m,) number of scan points.
+    """
+
+    pixel: NDArray[np.int64]
+    xy: F64
+    bins: NDArray[np.int64]
+    high: NDArray[np.int64]
+    low: NDArray[np.int64]
+    view: F64
+    points: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.bins)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """Rasters (rows along y, columns along x) of a storey. ``origin`` (2,) is the lower left corner, pixels are PLAN metres.
+
+    ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none; ``columns``
+    the vertical surfaces.
+    """
+
+    levels: StoreyLevels
+    origin: F64
+    floor: U8
+    ceiling: U8
+    ceiling_z: F32
+    columns: Columns
+
+
+def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F64) -> Plan:
+    """Rasters of one storey. ``stations`` (s, 3) local positions by station number, nan where unknown."""
+    z = surfels.xyz[layers.order, 2].astype(np.float64)
+    standing, _ = standing_and_hanging(layers)
+    inside = (z > levels.floor - 0.3) & (z < levels.top + 0.1)
+    xy = surfels.xyz[layers.order, :2].astype(np.float64)
+    origin = np.floor(xy[inside].min(0) / PLAN - 4) * PLAN
+    shape = tuple(np.ceil((xy[inside].max(0) - origin) / PLAN).astype(int)[::-1] + 4)
+    pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
+    on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
+    overhead = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z > levels.floor + LOWEST_CEILING)
+    overhead &= z < levels.top - 0.02 if levels.top - levels.floor > 2.2 else inside
+    ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
+    roof = _roof_near(ceiling_z)
+    roof = np.where(np.isfinite(roof), roof, levels.top)
+    upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
+    return Plan(
+        levels, origin, _mask(pixel[on_floor], shape), ceiling, ceiling_z,
+        _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),
+    )
+
+
+def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
+    mask = np.zeros(shape, np.uint8)
+    mask[pixel[:, 1], pixel[:, 0]] = 1
+    return mask
+
+
+def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[U8, F32]:
+    """Mask of ceiling patches large enough to be one, holes closed, and the lowest ceiling height over each pixel."""
+    height = np.full(shape, np.nan, np.float32)
+    order = np.argsort(-z, kind="stable")
+    height[pixel[order, 1], pixel[order, 0]] = z[order]
+    raw = np.isfinite(height).astype(np.uint8)
+    closed = cv2.morphologyEx(raw, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, np.ones((SMALLEST_CEILING, SMALLEST_CEILING), np.uint8))
+    height[opened == 0] = np.nan
+    return opened, height
+
+
+def _columns(
+    surfels: Surfels, layers: Layers, pixel: NDArray[np.int64], upright: NDArray[np.bool_], above_floor: F64, roof_z: F64, stations: F64
+) -> Columns:
+    """Gather the surfels of each plan column whose neighbours above or below touch it."""
+    touching = (layers.above < 2.5 * TALL) | (layers.below < 2.5 * TALL)
+    at = np.flatnonzero(upright & touching)
+    p = pixel[at]
+    new = np.ones(len(at), bool)
+    new[1:] = (p[1:] != p[:-1]).any(1)
+    first = np.flatnonzero(new)
+    if len(first) == 0:
+        empty = np.zeros(0, np.int64)
+        return Columns(np.zeros((0, 2), np.int64), np.zeros((0, 2)), empty, empty, empty, np.zeros((0, 2)), empty)
+    index = layers.order[at]
+    bins = np.diff(np.append(first, len(at)))
+    xyz = surfels.xyz[index].astype(np.float64)
+    weight = np.minimum(surfels.count[index].astype(np.float64), 8.0)
+    total = np.add.reduceat(weight, first)
+    xy = np.stack([np.add.reduceat(weight * xyz[:, k], first) / total for k in range(2)], 1)
+    view = _views(xyz, surfels.station[index], stations)
+    mean_view = np.stack([np.add.reduceat(view[:, k], first) / bins for k in range(2)], 1)
+    level = above_floor[at]
+    roof = roof_z[p[:, 1], p[:, 0]] - (xyz[:, 2] - level)
+    high = np.add.reduceat((level > roof - HIGH).astype(np.int64), first)
+    low = np.add.reduceat((level < 1.0).astype(np.int64), first)
+    return Columns(p[first], xy, bins, high, low, mean_view, np.add.reduceat(surfels.count[index].astype(np.int64), first))
+
+
+def _roof_near(ceiling_z: F32) -> F32:
+    """Ceiling height of the nearest pixel that has one, for every pixel; inf where there is no ceiling at all."""
+    known = np.isfinite(ceiling_z)
+    if not known.any():
+        return np.full(ceiling_z.shape, np.inf, np.float32)
+    _, labels = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    by_label = np.zeros(int(labels.max()) + 1, np.float32)
+    by_label[labels[known]] = ceiling_z[known]
+    return by_label[labels]
+
+
+def _views(xyz: F64, station: NDArray[np.uint16], stations: F64) -> F64:
+    """Unit direction in plan from each surfel to the station that saw it, zero where unknown; (n, 2)."""
+    view = np.zeros((len(xyz), 2))
+    known = station < len(stations)
+    view[known] = stations[station[known], :2] - xyz[known, :2]
+    view[~np.isfinite(view)] = 0.0
+    length = np.linalg.norm(view, axis=1, keepdims=True)
+    return np.divide(view, length, out=np.zeros_like(view), where=length > 1e-6)

@@ -1,0 +1,130 @@
+"""Storeys from horizontal surfaces: where something flat lies with room to stand above it.
+
+Weighted by area, not by points, so that a storey seen through a stair only counts by its floor and a scanner's own
+surroundings do not drown the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.surfels import PLAN, Surfels
+from scan2bim.config import StructureSettings
+
+BIN = 0.01
+"""Height bins of the level histogram, metres: finer than the elevation accuracy asked for (3 cm)."""
+STEP_UP = 1.6
+"""Floors nearer to each other than this (metres) are steps, podiums or furniture of one storey: nobody stands between them."""
+HEADROOM = 1.5
+"""Clear height above a floor, metres: less is furniture or a void."""
+TALLEST = 9.0
+"""Clear height, metres, above which a ceiling is not that of the floor below (then it is open air or another building)."""
+SMALLEST = 3.0
+"""Floor area, square metres, below which a level is a landing or a large table, not a storey."""
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class StoreyLevels:
+    """Heights of one storey, local metres: its main ``floor`` (with sigma) and ``ceiling`` (None if unseen), and ``top``, below which
+    its walls end: the next storey's floor, or as high as was scanned. ``area`` square metres of floor seen."""
+
+    floor: float
+    sigma: float
+    ceiling: float | None
+    top: float
+    area: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layers:
+    """Surfels sorted into plan columns of 5 cm, bottom up. ``order`` sorts surfels; ``above`` and ``below`` (n,) are the free
+    heights to the next surfel in the column, in that order, inf where there is none."""
+
+    order: I64
+    above: F64
+    below: F64
+
+
+def layers_of(surfels: Surfels) -> Layers:
+    """Sort surfels into plan columns and measure the free height above and below each."""
+    cell = np.floor(surfels.xyz[:, :2].astype(np.float64) / PLAN).astype(np.int64)
+    z = surfels.xyz[:, 2]
+    order = np.lexsort((z, cell[:, 1], cell[:, 0]))
+    c = cell[order]
+    gap = np.where((c[1:] == c[:-1]).all(1), np.diff(z[order].astype(np.float64)), np.inf)
+    return Layers(order, np.append(gap, np.inf), np.insert(gap, 0, np.inf))
+
+
+def find_storeys(surfels: Surfels, layers: Layers, settings: StructureSettings) -> tuple[StoreyLevels, ...]:
+    """Storeys from the lowest to the highest; empty if no floor was seen."""
+    z = surfels.xyz[layers.order, 2].astype(np.float64)
+    open_above, hanging = standing_and_hanging(layers)
+    roofed = open_above & (layers.above < TALLEST)
+    standing = roofed if _area(roofed) > 0.2 * _area(open_above) else open_above
+    highest = float(np.percentile(z, 99.9))
+    floors = [(floor, area) for floor, area in _peaks(z[standing]) if highest - floor > HEADROOM]
+    return tuple(
+        _levels(z, standing, hanging, floor, area, [f for f, _ in floors if f > floor]) for floor, area in sorted(floors)
+    )
+
+
+def standing_and_hanging(layers: Layers) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which surfels (in layer order) can be stood on and which hang overhead.
+
+    What has clear height both above it and below it, with something under that, hangs: of a floor between two storeys that were both
+    scanned, the underside would have been seen close below.
+    """
+    hanging = (layers.below > HEADROOM) & np.isfinite(layers.below)
+    return (layers.above > HEADROOM) & ~(hanging & (layers.below < TALLEST)), hanging
+
+
+def _area(mask: NDArray[np.bool_]) -> float:
+    return float(mask.sum()) * PLAN * PLAN
+
+
+def _peaks(z: F64) -> list[tuple[float, float]]:
+    """(height, area) of floor levels: the largest first, then those far enough from all before."""
+    if len(z) == 0:
+        return []
+    low = z.min() - 0.1
+    counts = np.bincount(((z - low) / BIN).astype(np.int64), minlength=8).astype(np.float64)
+    area = np.convolve(counts, np.ones(7), mode="same") * PLAN * PLAN
+    found: list[tuple[float, float]] = []
+    largest = float(area.max())
+    while True:
+        best = int(np.argmax(area))
+        if area[best] < max(SMALLEST, 0.06 * largest) and found:
+            return found
+        height = low + (best + 0.5) * BIN
+        found.append((_refine(z, height), float(area[best])))
+        near = int(STEP_UP / BIN)
+        area[max(0, best - near) : best + near + 1] = 0.0
+        if area.max() <= 0:
+            return found
+
+
+def _refine(z: F64, height: float) -> float:
+    near = z[np.abs(z - height) < 0.04]
+    return float(np.median(near)) if len(near) else height
+
+
+def _levels(
+    z: F64, standing: NDArray[np.bool_], hanging: NDArray[np.bool_], floor: float, area: float, higher: list[float]
+) -> StoreyLevels:
+    on_floor = z[standing & (np.abs(z - floor) < 0.04)]
+    limit = min(higher, default=np.inf)
+    under = z[hanging & (z > floor + HEADROOM) & (z < min(limit, floor + TALLEST))]
+    ceiling = None
+    if len(under) * PLAN * PLAN > max(1.0, 0.05 * area):
+        counts = np.bincount(((under - floor) / 0.02).astype(np.int64))
+        smooth = np.convolve(counts, np.ones(3), mode="same")
+        ceiling = _refine(under, floor + (int(np.argmax(smooth)) + 0.5) * 0.02)
+    top = limit if np.isfinite(limit) else float(np.percentile(under, 99.5)) if len(under) else float(z.max())
+    sigma = float(1.4826 * np.median(np.abs(on_floor - np.median(on_floor)))) if len(on_floor) else 0.02
+    return StoreyLevels(floor, max(sigma, 0.001), ceiling, top, area)
