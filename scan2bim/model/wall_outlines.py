@@ -65,7 +65,7 @@ def outline_area(outline: Sequence[Point2]) -> float:
 
 
 def _junctions(by_id: dict[str, Wall]) -> tuple[dict[tuple[str, str], list[Wall]], dict[tuple[str, str], list[_End]]]:
-    """Per wall end, the walls running through and the other ends that meet; a join named by one wall counts for both."""
+    """Per wall end, the walls running through and the other ends meeting there; a join named once counts for both."""
     through: dict[tuple[str, str], list[Wall]] = defaultdict(list)
     meeting: dict[tuple[str, str], list[_End]] = defaultdict(list)
     seen: set[tuple[str, str, str, str]] = set()

@@ -1,0 +1,73 @@
+"""What the writers of the parts of an IFC file work with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile, TypeBook
+from scan2bim.exporters.ifc_properties import PropertyBook
+from scan2bim.exporters.ifc_styles import StyleBook
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """The file, its contexts and its books of styles, types and properties. ``notes`` grow by what is left out."""
+
+    ifc: IfcFile
+    contexts: Contexts
+    styles: StyleBook
+    types: TypeBook
+    properties: PropertyBook
+    notes: list[str] = field(default_factory=list[str])
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """A storey in the file: its entity and its elevation (z of its placement, metres)."""
+
+    entity: Entity
+    elevation: float
+
+    @property
+    def placement(self) -> Entity:
+        """Its coordinate system, upright, at its elevation."""
+        return self.entity.ObjectPlacement
+
+
+def layered_type(draft: Draft, ifc_class: str, kind: str, name: str, thickness: float, direction: str) -> None:
+    """A wall, slab or covering type of one layer of unknown material, kept under its name.
+
+    thickness: metres. direction: AXIS2 for walls (their layers lie about the axis), AXIS3 for plates.
+    """
+    ifc = draft.ifc
+    made = ifc.root(ifc_class, f"{ifc_class} {name}", name, PredefinedType=kind)
+    layer = ifc.add("IfcMaterialLayer", _unknown_material(ifc), thickness, None, "Unknown")
+    layers = ifc.add("IfcMaterialLayerSet", (layer,), name)
+    ifc.root("IfcRelAssociatesMaterial", f"layers of type {name}", RelatedObjects=(made,), RelatingMaterial=layers)
+    offset = -thickness / 2 if direction == "AXIS2" else 0.0
+    draft.types.keep(name, made, ifc.add("IfcMaterialLayerSetUsage", layers, direction, "POSITIVE", offset))
+
+
+def _unknown_material(ifc: IfcFile) -> Entity:
+    made = ifc.file.by_type("IfcMaterial")
+    return made[0] if made else ifc.add("IfcMaterial", "Unknown", "Seen by a scanner from outside only", None)
+
+
+def contain(draft: Draft, level: Level, products: Iterable[Entity]) -> None:
+    """Puts the products into the storey."""
+    listed = list(products)
+    if listed:
+        draft.ifc.root(
+            "IfcRelContainedInSpatialStructure",
+            f"contents of {level.entity.GlobalId}",
+            RelatedElements=listed,
+            RelatingStructure=level.entity,
+        )
+
+
+def aggregate(ifc: IfcFile, whole: Entity, parts: Iterable[Entity]) -> None:
+    """Makes the parts parts of the whole."""
+    listed = list(parts)
+    if listed:
+        ifc.root("IfcRelAggregates", f"parts of {whole.GlobalId}", RelatingObject=whole, RelatedObjects=listed)

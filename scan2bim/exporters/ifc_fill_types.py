@@ -1,0 +1,182 @@
+"""Types of doors and windows with their geometry: lining, leaf or panes, symbol in plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from scan2bim.exporters.ifc_draft import Draft
+from scan2bim.exporters.ifc_file import Entity, Shared
+from scan2bim.exporters.ifc_shapes import axes, rectangle_through, representation
+
+if TYPE_CHECKING:
+    from scan2bim.exporters.ifc_fills import Form
+
+DOOR_OPERATIONS = (
+    "SINGLE_SWING_LEFT", "SINGLE_SWING_RIGHT", "DOUBLE_DOOR_SINGLE_SWING",
+    "DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT", "DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_RIGHT",
+    "DOUBLE_SWING_LEFT", "DOUBLE_SWING_RIGHT", "DOUBLE_DOOR_DOUBLE_SWING", "SLIDING_TO_LEFT", "SLIDING_TO_RIGHT",
+    "DOUBLE_DOOR_SLIDING", "FOLDING_TO_LEFT", "FOLDING_TO_RIGHT", "DOUBLE_DOOR_FOLDING", "REVOLVING", "ROLLINGUP",
+    "SWING_FIXED_LEFT", "SWING_FIXED_RIGHT", "NOTDEFINED",
+)  # fmt: skip
+WINDOW_PARTITIONINGS = (
+    "SINGLE_PANEL", "DOUBLE_PANEL_VERTICAL", "DOUBLE_PANEL_HORIZONTAL", "TRIPLE_PANEL_VERTICAL",
+    "TRIPLE_PANEL_BOTTOM", "TRIPLE_PANEL_TOP", "TRIPLE_PANEL_LEFT", "TRIPLE_PANEL_RIGHT", "TRIPLE_PANEL_HORIZONTAL",
+    "NOTDEFINED",
+)  # fmt: skip
+
+_DRAWN_DOORS = (
+    "SINGLE_SWING_LEFT", "SINGLE_SWING_RIGHT", "DOUBLE_SWING_LEFT", "DOUBLE_SWING_RIGHT", "DOUBLE_DOOR_SINGLE_SWING",
+    "DOUBLE_DOOR_DOUBLE_SWING", "SLIDING_TO_LEFT", "SLIDING_TO_RIGHT", "DOUBLE_DOOR_SLIDING",
+)  # fmt: skip
+"""Operations that the library draws; the others are drawn as one leaf or two, without a symbol in plan."""
+
+_PANEL_OPERATION = {"DOUBLE_SWING": "DOUBLE_ACTING", "SLIDING": "SLIDING", "FOLDING": "FOLDING", "SWING": "SWINGING"}
+
+HANDLE_ROOM = 1.2
+"""Metres. The library puts handles at 1 m: lower doors get a plain leaf."""
+
+LINING = 0.05
+"""Metres. Thickness of linings across the opening, where this is at least six times as wide."""
+
+PANE = 0.0101
+"""Metres. The library's panes are 10 mm thick: what is not thicker is glass."""
+
+
+def door_type(draft: Draft, form: Form) -> Shared:
+    """A new door type of this form, kept under its key."""
+    width, height, depth = form.width / 1000, form.height / 1000, form.depth / 1000
+    leaf = min(form.leaf / 1000, 0.6 * depth)
+    lining = min(LINING, width / 6)
+    drawn = form.use if form.use in _DRAWN_DOORS else _nearest(form.use)
+    representations = _door_shapes(draft, form, drawn, (width, height, depth), leaf, lining)
+    draft.styles.paint(representations[0].Items, form.colour)
+    panel = {"PanelDepth": leaf, "PanelOperation": _panel_operation(form.use), "PanelPosition": "MIDDLE"}
+    properties = _lining_sets(draft, "Door", form, lining, panel | {"PanelWidth": 1.0})
+    return _keep(draft, "IfcDoorType", "DOOR", form, representations, properties, OperationType=form.use)
+
+
+def window_type(draft: Draft, form: Form) -> Shared:
+    """A new window type of this form, kept under its key."""
+    from ifcopenshell.api.geometry import add_window_representation
+
+    width, height, depth = form.width / 1000, form.height / 1000, form.depth / 1000
+    lining = min(LINING, min(width, height) / 8)
+    frame = {"FrameDepth": depth / 2, "FrameThickness": 0.7 * lining}
+    make = _partial(
+        draft,
+        add_window_representation,
+        overall_width=width,
+        overall_height=height,
+        partition_type="SINGLE_PANEL" if form.use == "NOTDEFINED" else form.use,
+        lining_properties=_window_lining(width, height, depth, lining, form.use),
+        panel_properties=[dict(frame), dict(frame), dict(frame)],
+    )
+    body, symbol = make(draft.contexts.body), make(draft.contexts.symbol)
+    panes = [item for item in body.Items if item.Depth <= PANE]
+    draft.styles.glaze(panes)
+    draft.styles.paint([item for item in body.Items if item.Depth > PANE], form.colour)
+    panel = {"OperationType": "NOTDEFINED", "PanelPosition": "MIDDLE"} | frame
+    properties = _lining_sets(draft, "Window", form, lining, panel)
+    return _keep(draft, "IfcWindowType", "WINDOW", form, [body, symbol], properties, PartitioningType=form.use)
+
+
+def _door_shapes(
+    draft: Draft, form: Form, drawn: str, size: tuple[float, float, float], leaf: float, lining: float
+) -> list[Entity]:
+    from ifcopenshell.api.geometry import add_door_representation
+
+    width, height, depth = size
+    if height < HANDLE_ROOM:
+        plain = rectangle_through(draft.ifc, width, height, leaf)
+        return [representation(draft.ifc, draft.contexts.body, "SweptSolid", [plain])]
+    make = _partial(
+        draft,
+        add_door_representation,
+        overall_width=width,
+        overall_height=height,
+        operation_type=drawn,
+        lining_properties={
+            "LiningDepth": depth,
+            "LiningThickness": lining,
+            "LiningOffset": 0.0,
+            "LiningToPanelOffsetX": lining / 2,
+            "LiningToPanelOffsetY": depth - leaf,
+            "CasingThickness": 0.0,
+            "ThresholdThickness": 0.0,
+        },
+        panel_properties={"PanelDepth": leaf},
+    )
+    body = make(draft.contexts.body)
+    return [body, make(draft.contexts.symbol)] if form.use in _DRAWN_DOORS else [body]
+
+
+def _window_lining(width: float, height: float, depth: float, lining: float, use: str) -> dict[str, float]:
+    """The frame in the middle of the lining, mullions and transoms at equal distances."""
+    parts = 3 if use in ("TRIPLE_PANEL_VERTICAL", "TRIPLE_PANEL_HORIZONTAL") else 2
+    return {
+        "LiningDepth": depth,
+        "LiningThickness": lining,
+        "LiningOffset": 0.0,
+        "LiningToPanelOffsetX": lining / 2,
+        "LiningToPanelOffsetY": -depth / 4,
+        "MullionThickness": lining,
+        "FirstMullionOffset": width / parts,
+        "SecondMullionOffset": 2 * width / parts,
+        "TransomThickness": lining,
+        "FirstTransomOffset": height / parts,
+        "SecondTransomOffset": 2 * height / parts,
+    }
+
+
+def _partial(draft: Draft, function: Callable[..., Any], **values: Any) -> Callable[[Entity], Entity]:
+    """The library's drawing function with all but its context."""
+
+    def make(context: Entity) -> Entity:
+        return function(draft.ifc.file, context=context, unit_scale=1.0, **values)
+
+    return make
+
+
+def _nearest(operation: str) -> str:
+    if operation.startswith("DOUBLE_DOOR"):
+        return "DOUBLE_DOOR_SINGLE_SWING"
+    return "SINGLE_SWING_RIGHT" if operation.endswith("RIGHT") else "SINGLE_SWING_LEFT"
+
+
+def _panel_operation(operation: str) -> str:
+    return next((made for word, made in _PANEL_OPERATION.items() if word in operation), "NOTDEFINED")
+
+
+def _lining_sets(draft: Draft, kind: str, form: Form, lining: float, panel: dict[str, Any]) -> list[Entity]:
+    """IFC4's own lining and panel entities; lengths of nothing are left out, the schema forbids them."""
+    ifc = draft.ifc
+    sizes = {"LiningDepth": form.depth / 1000, "LiningThickness": lining}
+    return [
+        ifc.root(f"Ifc{kind}LiningProperties", f"lining of {form.key}", "Lining", **sizes),
+        ifc.root(f"Ifc{kind}PanelProperties", f"panel of {form.key}", "Panel", **panel),
+    ]
+
+
+def _keep(
+    draft: Draft,
+    ifc_class: str,
+    kind: str,
+    form: Form,
+    representations: list[Entity],
+    properties: list[Entity],
+    **values: Any,
+) -> Shared:
+    ifc = draft.ifc
+    maps = [ifc.add("IfcRepresentationMap", axes(ifc, (0.0, 0.0, 0.0)), made) for made in representations]
+    entity = ifc.root(
+        ifc_class,
+        f"type {form.key}",
+        f"{form.kind.capitalize()} {form.width} x {form.height} mm",
+        HasPropertySets=properties,
+        RepresentationMaps=maps,
+        PredefinedType=kind,
+        ParameterTakesPrecedence=False,
+        **values,
+    )
+    return draft.types.keep(form.key, entity)

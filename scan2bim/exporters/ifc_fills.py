@@ -1,0 +1,162 @@
+"""Doors and windows: types by size and operation, occurrences in their openings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scan2bim.exporters.ifc_draft import Draft
+from scan2bim.exporters.ifc_file import Entity, Shared
+from scan2bim.exporters.ifc_fill_types import DOOR_OPERATIONS, WINDOW_PARTITIONINGS, door_type, window_type
+from scan2bim.exporters.ifc_properties import Value, measure, text
+from scan2bim.exporters.ifc_shapes import axes, representation, shape
+from scan2bim.exporters.ifc_styles import FRAME
+from scan2bim.model.colours import colour_of, to_srgb
+from scan2bim.model.elements import Colour, Door, Opening, Wall, Window
+
+DEEPEST_FRAME = 0.25
+"""Metres. In thicker walls the frame is not taken to fill the wall's depth but to stand at one of its faces."""
+
+WINDOW_FRAME = 0.08
+"""Metres. Depth of a window's frame, unless the wall is thinner."""
+
+LEAF = 0.04
+"""Metres. A leaf's thickness where it was not measured."""
+
+_HANDED = ("NOTDEFINED", "SINGLE_SWING_LEFT", "SINGLE_SWING_RIGHT", "DOUBLE_SWING_LEFT", "DOUBLE_SWING_RIGHT")
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What makes a type of door or window: whole millimetres, operation or partitioning, colour."""
+
+    kind: str
+    width: int
+    height: int
+    depth: int
+    leaf: int
+    use: str
+    colour: Colour
+
+    @property
+    def key(self) -> str:
+        """The same for the same form; colours count as they are shown."""
+        colour = "#{:02x}{:02x}{:02x}".format(*to_srgb(self.colour))
+        return f"{self.kind} {self.width}x{self.height}x{self.depth} leaf {self.leaf} {self.use} {colour}"
+
+
+def add_fill(draft: Draft, void: Entity, wall: Wall, opening: Opening, fill: Door | Window) -> Entity:
+    """The door or window in an opening, with its type, relations and properties."""
+    if isinstance(fill, Door):
+        entity = _door(draft, void, wall, opening, fill)
+    else:
+        entity = _window(draft, void, wall, opening, fill)
+    draft.ifc.root(
+        "IfcRelFillsElement", f"fill of {opening.id}", RelatingOpeningElement=void, RelatedBuildingElement=entity
+    )
+    width, height = opening.width.value, opening.height.value
+    name = "Door" if isinstance(fill, Door) else "Window"
+    draft.properties.common(
+        entity,
+        f"Pset_{name}Common",
+        {
+            "Reference": ("IfcIdentifier", f"{name} {width * 1000:.0f} x {height * 1000:.0f} mm"),
+            "IsExternal": measure("IfcBoolean", wall.external),
+        },
+    )
+    draft.properties.evidence(entity, fill, _door_words(fill) if isinstance(fill, Door) else None)
+    draft.properties.quantities(
+        entity,
+        f"Qto_{name}BaseQuantities",
+        {"Width": width, "Height": height, "Perimeter": 2 * (width + height), "Area": width * height},
+    )
+    return entity
+
+
+def door_operation(door: Door) -> tuple[str, bool]:
+    """The door's operation, and whether it is turned about so that its leaf swings to the right of the wall's axis.
+
+    A door's own y axis points where the leaf swings to; left and right are those of one who looks along it. Not
+    turned, x and y are the wall's.
+    """
+    turned = door.swing_side == "right"
+    known = door.hinge_side != "unknown" and door.swing_side != "unknown"
+    if known and door.operation in _HANDED:
+        side = "LEFT" if (door.hinge_side == "start") != turned else "RIGHT"
+        return f"{'DOUBLE' if door.operation.startswith('DOUBLE') else 'SINGLE'}_SWING_{side}", turned
+    return (door.operation if door.operation in DOOR_OPERATIONS else "NOTDEFINED"), turned
+
+
+def _door(draft: Draft, void: Entity, wall: Wall, opening: Opening, door: Door) -> Entity:
+    operation, turned = door_operation(door)
+    if operation == "NOTDEFINED" and door.operation not in ("NOTDEFINED", *_HANDED):
+        draft.notes.append(
+            f"Door {door.name!r}: operation {door.operation!r} is none of IFC4's, written as NOTDEFINED."
+        )
+    thickness = wall.thickness.value
+    depth = thickness if thickness <= DEEPEST_FRAME else DEEPEST_FRAME / 2
+    leaf = LEAF if door.leaf_thickness is None else door.leaf_thickness.value
+    form = _form("door", opening, depth, leaf, operation, colour_of(door))
+    shared = draft.types.find(form.key) or door_type(draft, form)
+    location = (opening.width.value, depth, 0.0) if turned else (0.0, thickness - depth, 0.0)
+    return _occurrence(draft, "IfcDoor", shared, void, opening, door, location, turned)
+
+
+def _window(draft: Draft, void: Entity, wall: Wall, opening: Opening, window: Window) -> Entity:
+    partitioning = window.partitioning if window.partitioning in WINDOW_PARTITIONINGS else "NOTDEFINED"
+    if partitioning != window.partitioning:
+        draft.notes.append(
+            f"Window {window.name!r}: partitioning {window.partitioning!r} is none of IFC4's, written as NOTDEFINED."
+        )
+    thickness = wall.thickness.value
+    depth = min(thickness, WINDOW_FRAME)
+    form = _form("window", opening, depth, depth / 2, partitioning, window.colour or FRAME)
+    shared = draft.types.find(form.key) or window_type(draft, form)
+    return _occurrence(draft, "IfcWindow", shared, void, opening, window, (0.0, (thickness - depth) / 2, 0.0), False)
+
+
+def _form(kind: str, opening: Opening, depth: float, leaf: float, use: str, colour: Colour) -> Form:
+    millimetres = [max(round(1000 * x), 1) for x in (opening.width.value, opening.height.value, depth, leaf)]
+    width, height, deep, thick = millimetres
+    return Form(kind, width, height, deep, thick, use, colour)
+
+
+def _occurrence(
+    draft: Draft,
+    ifc_class: str,
+    shared: Shared,
+    void: Entity,
+    opening: Opening,
+    fill: Door | Window,
+    location: tuple[float, float, float],
+    turned: bool,
+) -> Entity:
+    ifc = draft.ifc
+    place = axes(ifc, location, (-1.0, 0.0) if turned else (1.0, 0.0))
+    entity = ifc.root(
+        ifc_class,
+        fill.id,
+        fill.name,
+        ObjectPlacement=ifc.add("IfcLocalPlacement", void.ObjectPlacement, place),
+        Representation=shape(ifc, *(_mapped(draft, source) for source in shared.entity.RepresentationMaps)),
+        OverallWidth=round(opening.width.value, 6),
+        OverallHeight=round(opening.height.value, 6),
+        PredefinedType=fill.kind.upper(),
+    )
+    shared.elements.append(entity)
+    return entity
+
+
+def _mapped(draft: Draft, source: Entity) -> Entity:
+    ifc = draft.ifc
+    target = ifc.add("IfcCartesianTransformationOperator3D", None, None, ifc.point((0.0, 0.0, 0.0)), 1.0, None)
+    item = ifc.add("IfcMappedItem", source, target)
+    return representation(ifc, source.MappedRepresentation.ContextOfItems, "MappedRepresentation", [item])
+
+
+def _door_words(door: Door) -> dict[str, Value | None]:
+    return {
+        "State": text(door.state),
+        "LeafAngle": measure("IfcPlaneAngleMeasure", door.angle),
+        "HingeSide": text(door.hinge_side),
+        "SwingSide": text(door.swing_side),
+    }

@@ -1,0 +1,142 @@
+"""The frame of an IFC file: project, units, contexts, site, building, storeys, georeference, header."""
+
+from __future__ import annotations
+
+from scan2bim import __version__
+from scan2bim.exporters.ifc_draft import Draft, Level, aggregate
+from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile
+from scan2bim.exporters.ifc_properties import Value, dimensions, text
+from scan2bim.exporters.ifc_shapes import axes, placement
+from scan2bim.model.elements import Building, Frame, Storey
+
+UNKNOWN_GRID = "unknown: local survey grid"
+"""Name of the map's coordinate system where the scans do not tell it."""
+
+TIME_STAMP = "1970-01-01T00:00:00"
+"""The header's time. The model knows no time and the clock would make equal files differ."""
+
+PRECISION = 1e-5
+"""Metres within which points count as equal."""
+
+
+def project(ifc: IfcFile, building: Building) -> tuple[Entity, Contexts]:
+    """The project in metres, with its contexts."""
+    model = _context(ifc, "Model", 3)
+    plan = _context(ifc, "Plan", 2)
+    entity = ifc.root(
+        "IfcProject",
+        f"project of {building.id}",
+        building.name,
+        RepresentationContexts=(model, plan),
+        UnitsInContext=ifc.add("IfcUnitAssignment", _units(ifc)),
+    )
+    contexts = Contexts(
+        model=model,
+        body=_subcontext(ifc, model, "Body", "MODEL_VIEW"),
+        axis=_subcontext(ifc, plan, "Axis", "GRAPH_VIEW"),
+        footprint=_subcontext(ifc, plan, "FootPrint", "MODEL_VIEW"),
+        symbol=_subcontext(ifc, plan, "FootPrint", "PLAN_VIEW"),
+    )
+    _georeference(ifc, building.frame, model)
+    return entity, contexts
+
+
+def _units(ifc: IfcFile) -> list[Entity]:
+    kinds = {
+        "LENGTHUNIT": "METRE",
+        "AREAUNIT": "SQUARE_METRE",
+        "VOLUMEUNIT": "CUBIC_METRE",
+        "PLANEANGLEUNIT": "RADIAN",
+    }
+    return [ifc.file.create_entity("IfcSIUnit", UnitType=kind, Name=name) for kind, name in kinds.items()]
+
+
+def _context(ifc: IfcFile, kind: str, dimension: int) -> Entity:
+    origin = axes(ifc, (0.0, 0.0, 0.0))
+    return ifc.add("IfcGeometricRepresentationContext", None, kind, dimension, PRECISION, origin, None)
+
+
+def _subcontext(ifc: IfcFile, parent: Entity, identifier: str, view: str) -> Entity:
+    return ifc.file.create_entity(
+        "IfcGeometricRepresentationSubContext",
+        ContextIdentifier=identifier,
+        ContextType=parent.ContextType,
+        ParentContext=parent,
+        TargetView=view,
+    )
+
+
+def _georeference(ifc: IfcFile, frame: Frame, model: Entity) -> None:
+    """Where the building lies: what was taken off its coordinates at reading, given back as the map conversion."""
+    if frame.crs is None and frame.shift == (0.0, 0.0, 0.0):
+        return
+    name = frame.crs or UNKNOWN_GRID
+    name = f"EPSG:{name}" if name.isdigit() else name
+    metre = next(unit for unit in ifc.file.by_type("IfcSIUnit") if unit.UnitType == "LENGTHUNIT")
+    crs = ifc.add("IfcProjectedCRS", name[:255], None, None, None, None, None, metre)
+    ifc.add("IfcMapConversion", model, crs, *frame.shift, 1.0, 0.0, 1.0)
+
+
+def spatial_structure(draft: Draft, project: Entity, building: Building) -> list[Level]:
+    """Site, building and storeys below the project; the storeys in the model's order."""
+    ifc = draft.ifc
+    site = _spatial(ifc, "IfcSite", f"site of {building.id}", "Site", placement(ifc, None, (0.0, 0.0, 0.0)))
+    house = _spatial(
+        ifc, "IfcBuilding", building.id, building.name, placement(ifc, site.ObjectPlacement, (0.0, 0.0, 0.0))
+    )
+    levels = [_level(draft, house, storey) for storey in building.storeys]
+    aggregate(ifc, project, [site])
+    aggregate(ifc, site, [house])
+    aggregate(ifc, house, [level.entity for level in levels])
+    _building_properties(draft, house, building)
+    return levels
+
+
+def _spatial(ifc: IfcFile, ifc_class: str, key: str, name: str, place: Entity) -> Entity:
+    return ifc.root(ifc_class, key, name, ObjectPlacement=place, CompositionType="ELEMENT")
+
+
+def _level(draft: Draft, house: Entity, storey: Storey) -> Level:
+    elevation = storey.elevation.value
+    place = placement(draft.ifc, house.ObjectPlacement, (0.0, 0.0, elevation))
+    entity = _spatial(draft.ifc, "IfcBuildingStorey", storey.id, storey.name, place)
+    entity.Elevation = elevation
+    draft.properties.custom(entity, "S2B_Evidence", dimensions(storey))
+    height = None if storey.height is None else storey.height.value
+    net = sum(space.area for space in storey.spaces) or None
+    draft.properties.quantities(entity, "Qto_BuildingStoreyBaseQuantities", {"NetHeigtht": height, "NetFloorArea": net})
+    return Level(entity, elevation)
+
+
+def _building_properties(draft: Draft, house: Entity, building: Building) -> None:
+    """How the coordinates came about, which scans the model was made from, and what its makers want to have said."""
+    frame = building.frame
+    values: dict[str, Value | None] = {
+        "MetresPerFileUnit": ("IfcReal", frame.unit),
+        "UpAxis": ("IfcLabel", frame.up),
+        "MainDirection": ("IfcPlaneAngleMeasure", frame.yaw),
+        "Shift": ("IfcLengthMeasure", frame.shift),
+        "CoordinateReferenceSystem": text(frame.crs),
+    }
+    draft.properties.custom(house, "S2B_Frame", values)
+    scans: dict[str, Value | None] = {}
+    for number, scan in enumerate(building.scans, 1):
+        where = "" if scan.position is None else " at ({:.3f}, {:.3f}, {:.3f})".format(*scan.position)
+        scans[f"Scan{number:03d}"] = ("IfcText", f"{scan.name}: {scan.points} points, {scan.file}{where}")
+    draft.properties.custom(house, "S2B_Scans", scans)
+    notes: dict[str, Value | None] = {f"Note{i:03d}": ("IfcText", note) for i, note in enumerate(building.notes, 1)}
+    draft.properties.custom(house, "S2B_Notes", notes)
+    draft.properties.common(house, "Pset_BuildingCommon", {"NumberOfStoreys": ("IfcInteger", len(building.storeys))})
+
+
+def header(ifc: IfcFile, building: Building) -> None:
+    """The file's header, made from the model alone."""
+    head = ifc.file.header
+    head.file_description.description = ("ViewDefinition [DesignTransferView_V1.0]",)
+    head.file_name.name = f"{building.name}.ifc"
+    head.file_name.time_stamp = TIME_STAMP
+    head.file_name.author = ("scan2bim",)
+    head.file_name.organization = ("scan2bim",)
+    head.file_name.preprocessor_version = f"scan2bim {__version__}"
+    head.file_name.originating_system = f"scan2bim - scan2bim - {__version__}"
+    head.file_name.authorization = "none"
