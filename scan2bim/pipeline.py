@@ -124,6 +124,7 @@ class _Run:
                 self.work.discard_stage(stage.name)
         with guarded("begin", self.work.root):
             (self.work.root / "config.toml").write_text(settings_toml(self.settings), encoding="utf-8")
+        self.reporter.message(f"{len(scans.scans)} scans, {scans.points:,} points; work folder {self.work.root}")
         ensure_numba_cache(self.work.root / "numba")
         self.jobs = choose_jobs(self.request.jobs, scans)
         _, disk = memory_and_disk(scans, self.jobs)

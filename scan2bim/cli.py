@@ -1,0 +1,123 @@
+"""The command line: names and options only. What a command does, and imports, is in ``scan2bim.commands``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from scan2bim import __version__
+
+UNITS = ("m", "dm", "cm", "mm", "km", "in", "ft", "us-ft")
+AXES = ("x", "y", "z", "-x", "-y", "-z")
+STAGES = ("survey", "read", "surfels", "structure", "openings", "model", "export")
+CONVERT = """\
+Convert scans to building model files. What an earlier run has done is kept in a
+work folder: a run that was stopped goes on where it was, and after a changed
+setting only what depends on it runs again."""
+EXIT_CODES = """exit codes:
+  0 done   1 other error   2 usage   3 unreadable input   4 input that cannot make a building
+  5 a stage failed   6 out of memory or disk   130 interrupted"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; gives the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    options = build_parser().parse_args(_joined(arguments))
+    try:
+        import importlib
+
+        command = importlib.import_module(f"scan2bim.commands.{options.command}")
+        code = int(command.run(options))
+        sys.stdout.flush()
+    except BaseException as error:
+        from scan2bim.commands.failure import tell
+
+        return tell(error, options)
+    return code
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="scan2bim",
+        description="Laser scans of a building's inside to IFC and USD building models with evidence.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"scan2bim {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    convert = commands.add_parser(
+        "convert",
+        help="scans to building model files",
+        description=CONVERT,
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_convert(convert)
+    info = commands.add_parser("info", help="what is in the scans", description="Tell what is in the scans.")
+    _add_paths(info)
+    info.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
+    doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    commands.add_parser(
+        "schema", help="print the model's JSON Schema", description="Print the JSON Schema of the model's .json files."
+    )
+    return parser
+
+
+def _add_convert(convert: argparse.ArgumentParser) -> None:
+    _add_paths(convert)
+    convert.add_argument(
+        "-o",
+        "--output",
+        action="append",
+        required=True,
+        metavar="OUT",
+        help="file to write (.ifc .usda .usdc .usdz .json .svg .png) or folder (all of them); may be given again",
+    )
+    convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
+    _add_work(convert)
+    frame = convert.add_argument_group("coordinates (default: found in the scans)")
+    frame.add_argument("--unit", choices=UNITS, help="unit of the scans' coordinates")
+    frame.add_argument("--up", choices=AXES, help="axis of the scans that points up")
+    talk = convert.add_argument_group("talk (on stderr; the result goes to stdout)")
+    talk_modes = talk.add_mutually_exclusive_group()
+    talk_modes.add_argument("--quiet", action="store_true", help="warnings and errors only")
+    talk_modes.add_argument("--json", action="store_true", help="result as JSON, progress as one JSON object a line")
+    talk.add_argument("-v", "--verbose", action="count", default=0, help="more (-vv: all) of what goes to the log")
+
+
+def _add_work(convert: argparse.ArgumentParser) -> None:
+    work = convert.add_argument_group("work")
+    work.add_argument("--config", metavar="FILE", help="settings (TOML); the work folder's config.toml shows all")
+    work.add_argument("--work", metavar="DIR", help="work folder (default: hidden, beside the first output)")
+    work.add_argument("--rerun-from", choices=STAGES, metavar="STAGE", help=f"run again from: {', '.join(STAGES)}")
+    work.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")
+    work.add_argument("--keep-going", action="store_true", help="leave unreadable scans out instead of stopping")
+    work.add_argument("--jobs", type=_positive, metavar="N", help="processes that read (default: by cores and input)")
+
+
+def _add_paths(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("paths", nargs="+", metavar="PATH", help="scan file, folder or quoted pattern ('scans/*.e57')")
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a number from 1 up, got {text!r}")
+    return int(text)
+
+
+def _joined(arguments: Sequence[str]) -> list[str]:
+    """``--up -z`` as ``--up=-z``, which argparse would take for an unknown option."""
+    out: list[str] = []
+    for argument in arguments:
+        if out and out[-1] == "--up" and argument in AXES:
+            out[-1] = f"--up={argument}"
+        else:
+            out.append(argument)
+    return out
+
+
+if __name__ == "__main__":
+    sys.exit(main())
