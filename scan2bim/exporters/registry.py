@@ -27,6 +27,7 @@ GROUP: Final = "scan2bim.exporters"
 OWN_PACKAGE: Final = "scan2bim"
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 _MAX_STEM: Final = 100  # bytes of a file name, well below the 255 of common file systems
+_NO_SPACE: Final = 16 * 1024  # bytes: a disk with less has just been filled
 _log = logging.getLogger(__name__)
 
 
@@ -198,28 +199,29 @@ def _write_whole(building: Building, job: _Job) -> Written:
         job.path.parent.mkdir(parents=True, exist_ok=True)
         with _hidden_folder(job.path) as folder:
             draft = folder / job.path.name
-            notes = tuple(job.export(building, draft))
+            notes = _export_draft(building, job, draft)
             _flush(draft)
             size = draft.stat().st_size
             draft.replace(job.path)
             _flush(job.path.parent)
-    except (Scan2BimError, KeyboardInterrupt):
-        raise
-    except MemoryError as error:
-        raise ResourceError(f"{job.path}: memory ran out while writing. Close other programs and run again.") from error
     except OSError as error:
         raise _os_problem(error, f"{job.path}: cannot be written") from error
-    except Exception as error:
-        raise _export_problem(error, job.path) from error
     return Written(job.path, size, notes)
 
 
-def _export_problem(error: Exception, path: Path) -> Scan2BimError:
-    """The failure of an exporter in our words. Libraries that write by themselves hide a full disk: look."""
-    if _free_bytes(path.parent) == 0:
-        return ResourceError(f"{path}: the disk is full. Free some space or choose another place, then run again.")
-    reason = " ".join(str(error).split()) or "no reason given"
-    return StageError(f"{path}: the exporter failed ({type(error).__name__}: {reason}).")
+def _export_draft(building: Building, job: _Job, draft: Path) -> tuple[str, ...]:
+    """Run the exporter; whatever it raises becomes an error of ours, or an OSError that the caller words."""
+    try:
+        return tuple(job.export(building, draft))
+    except MemoryError as error:
+        raise ResourceError(f"{job.path}: memory ran out while writing. Close other programs and run again.") from error
+    except Exception as error:
+        if _free_bytes(draft.parent) < _NO_SPACE:  # libraries that write by themselves hide a full disk
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
+        if isinstance(error, Scan2BimError | OSError):
+            raise
+        reason = " ".join(str(error).split()) or "no reason given"
+        raise StageError(f"{job.path}: the exporter failed ({type(error).__name__}: {reason}).") from error
 
 
 def _free_bytes(folder: Path) -> int:

@@ -89,7 +89,7 @@ def test_a_wall_without_extent_is_empty():
         assert len(wall_mesh(ends, thickness, height, openings()).triangles) == 0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, database=None)
 @given(
     st.lists(st.tuples(*[st.floats(-1, 6), st.floats(0, 3), st.floats(-0.5, 3), st.floats(0, 3)]), max_size=6),
     st.tuples(*[st.floats(-0.3, 0.3)] * 4),

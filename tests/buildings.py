@@ -1,6 +1,5 @@
 """A hand-made building of two storeys, turned by 20 degrees, with every element and every state of doors."""
 
-# ruff: noqa: PLR0917
 from __future__ import annotations
 
 import math

@@ -1,0 +1,261 @@
+"""USD files hold the building: valid, closed, placed, named, hinged and the same on every run."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from buildings import building, door, wall
+from pxr import Gf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdUtils, UsdValidation
+
+from scan2bim.errors import Scan2BimError
+from scan2bim.exporters.usd import build_stage, export
+from scan2bim.geometry.meshes import Mesh, is_closed, mesh_volume
+from scan2bim.model.elements import Building, Storey, Wall
+from scan2bim.model.ids import ifc_guid
+from scan2bim.model.queries import openings_of
+from scan2bim.model.shapes import wall_angle
+
+SUFFIXES = ("usda", "usdc", "usdz")
+
+
+@pytest.fixture(scope="module", params=SUFFIXES)
+def path(request, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("usd") / f"house [1] #2.{request.param}"
+    export(building(), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def stage() -> Usd.Stage:
+    return build_stage(building())[0]
+
+
+def prim_of(stage: Usd.Stage, identifier: str) -> Usd.Prim:
+    (prim,) = (p for p in stage.Traverse() if p.GetAttribute("ifc:GlobalId").Get() == ifc_guid(identifier))
+    return prim
+
+
+def read_mesh(prim: Usd.Prim) -> Mesh:
+    mesh = UsdGeom.Mesh(prim)
+    assert set(mesh.GetFaceVertexCountsAttr().Get()) == {3}
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3)
+    return Mesh(np.array(mesh.GetPointsAttr().Get(), np.float64), indices)
+
+
+def world_points(prim: Usd.Prim) -> np.ndarray:
+    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+    return np.array([matrix.Transform(Gf.Vec3d(*point)) for point in read_mesh(prim).vertices.tolist()])
+
+
+def with_walls(*walls: Wall) -> Building:
+    storey = building().storeys[0].model_copy(update={"walls": walls, "spaces": (), "stairs": ()})
+    return building().model_copy(update={"storeys": (storey,)})
+
+
+def test_every_form_passes_all_validators_of_usd(path):
+    registry = UsdValidation.ValidationRegistry()
+    context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
+    errors = [error.GetErrorAsString() for error in context.Validate(Usd.Stage.Open(export_copy(path)))]
+    assert errors == []
+
+
+def export_copy(path: Path) -> str:
+    """The file under a name without brackets, which USD reads as packages."""
+    plain = path.with_name(f"plain{path.suffix}")
+    plain.write_bytes(path.read_bytes())
+    return str(plain)
+
+
+def test_every_form_holds_the_same_prims(path, stage):
+    opened = Usd.Stage.Open(export_copy(path))
+    assert [p.GetPath() for p in opened.Traverse()] == [p.GetPath() for p in stage.Traverse()]
+
+
+def test_a_rerun_writes_the_same_bytes(path, tmp_path):
+    again = tmp_path / path.name
+    export(building(), again)
+    assert again.read_bytes() == path.read_bytes()
+
+
+def test_a_usdz_is_one_aligned_layer_without_the_time_of_day(tmp_path):
+    path = tmp_path / "house.usdz"
+    export(building(), path)
+    with zipfile.ZipFile(path) as package:
+        (entry,) = package.infolist()
+        assert package.testzip() is None
+    assert (entry.filename, entry.compress_type, entry.date_time) == ("building.usdc", 0, (1980, 1, 1, 0, 0, 0))
+    local = path.read_bytes()[:30]
+    assert (30 + int.from_bytes(local[26:28], "little") + int.from_bytes(local[28:30], "little")) % 64 == 0
+    assert UsdUtils.UsdzAssetIterator is not None
+
+
+def test_the_stage_is_in_metres_with_z_up_and_a_default_prim(stage):
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    assert stage.GetDefaultPrim().GetPath() == "/Building"
+    assert stage.GetDefaultPrim().GetDisplayName() == "Test house"
+    assert stage.GetDefaultPrim().GetAttribute("s2b:frame:shift").Get() == (500_000.0, 5_400_000.0, 300.0)
+
+
+def test_kinds_run_from_assembly_by_group_to_component(stage):
+    kinds = {p.GetPath(): Usd.ModelAPI(p).GetKind() for p in stage.Traverse() if Usd.ModelAPI(p).GetKind()}
+    for path, kind in kinds.items():
+        above = kinds.get(path.GetParentPath())
+        assert above in {"assembly": (None,), "group": ("assembly", "group"), "component": ("group",)}.get(
+            kind, ("component",)
+        )
+
+
+def test_every_element_is_there_with_its_identity_and_evidence(stage):
+    for storey in building().storeys:
+        for element in (
+            *storey.walls,
+            *storey.spaces,
+            *storey.slabs,
+            *storey.coverings,
+            *storey.columns,
+            *storey.stairs,
+        ):
+            prim = prim_of(stage, element.id)
+            assert prim.GetDisplayName() == element.name
+            assert prim.GetAttribute("ifc:class").Get() == f"Ifc{type(element).__name__}"
+            assert prim.GetAttribute("s2b:confidence").Get() == element.confidence
+    wall_prim = prim_of(stage, "wall-g-middle")
+    assert wall_prim.GetAttribute("s2b:evidence:sentence").Get() == "Both faces seen."
+    assert wall_prim.GetAttribute("s2b:thickness:source").Get() == "measured"
+
+
+def test_every_opening_names_its_host(stage):
+    for hosted in openings_of(building()):
+        thing = hosted.opening.fill or hosted.opening
+        assert prim_of(stage, thing.id).GetRelationship("s2b:host").GetTargets() == [
+            prim_of(stage, hosted.wall.id).GetPath()
+        ]
+
+
+def test_every_mesh_is_closed_wound_outwards_and_bounded(stage):
+    meshes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh)]
+    assert len(meshes) > 30
+    for prim in meshes:
+        mesh = read_mesh(prim)
+        assert is_closed(mesh), prim.GetPath()
+        assert mesh_volume(mesh) > 0, prim.GetPath()
+        extent = np.array(UsdGeom.Mesh(prim).GetExtentAttr().Get())
+        assert np.allclose(extent, [mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
+        normals = np.array(UsdGeom.Mesh(prim).GetNormalsAttr().Get())
+        assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+
+
+def test_wall_bodies_lack_their_openings_and_meet_without_overlap(stage):
+    storey = building().storeys[0]
+    volume = {w.id: mesh_volume(read_mesh(prim_of(stage, w.id).GetChild("body"))) for w in storey.walls}
+    middle = next(w for w in storey.walls if w.id == "wall-g-middle")
+    cut = sum(o.width.value * o.height.value for o in middle.openings)
+    assert volume["wall-g-middle"] == pytest.approx((7.7 * 2.6 - cut) * 0.12, rel=1e-5)
+    outer = [w for w in storey.walls if w.external]
+    cut = sum(o.width.value * o.height.value for w in outer for o in w.openings)
+    assert sum(volume[w.id] for w in outer) == pytest.approx((2 * (10 + 8) * 2.6 - cut) * 0.3, rel=1e-5)
+
+
+def test_a_wall_stands_where_the_model_says(stage):
+    wall_model = next(w for w in building().storeys[1].walls if w.id == "wall-u-south")
+    points = world_points(prim_of(stage, wall_model.id).GetChild("body"))
+    assert points[:, 2].min() == pytest.approx(2.8, abs=1e-6)
+    along = (points[:, :2] - wall_model.start) @ [math.cos(wall_angle(wall_model)), math.sin(wall_angle(wall_model))]
+    assert (along.min(), along.max()) == pytest.approx((-0.15, 10.15), abs=1e-5)
+
+
+@pytest.mark.parametrize("hinge", ["start", "end"])
+@pytest.mark.parametrize("swing", ["left", "right"])
+def test_an_open_leaf_hangs_at_its_hinge_and_stands_on_its_side(hinge, swing):
+    fill = door("x", 1.0, 0.9, state="open", angle=math.pi / 2, hinge_side=hinge, swing_side=swing)
+    host = wall("x", (0, 0), (4, 0), 0.2, 0.0, openings=(fill,))
+    stage, notes = build_stage(with_walls(host))
+    assert not [note for note in notes if "leaf" in note]
+    angle = -wall_angle(host)
+    points = world_points(prim_of(stage, "door-x").GetChild("hinge").GetChild("leaf"))
+    x = points[:, 0] * math.cos(angle) - points[:, 1] * math.sin(angle)
+    y = points[:, 0] * math.sin(angle) + points[:, 1] * math.cos(angle)
+    side = 1 if swing == "left" else -1
+    assert sorted(np.abs([(y * side).min(), (y * side).max()])) == pytest.approx([0.1, 1.0], abs=1e-5)
+    assert (y * side).min() == pytest.approx(0.1, abs=1e-5)
+    jamb = 1.0 if hinge == "start" else 1.9
+    assert np.abs(x - jamb).max() == pytest.approx(0.04, abs=1e-5)
+    assert np.abs(x - jamb).min() == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_joint_turns_the_leaf_about_its_hinge_within_the_angle_found(stage):
+    joints = [p for p in stage.Traverse() if p.IsA(UsdPhysics.RevoluteJoint)]
+    assert len(joints) == 1 + 1 + 2 + 3
+    for prim in joints:
+        joint = UsdPhysics.RevoluteJoint(prim)
+        frame, leaf = (stage.GetPrimAtPath(rel.GetTargets()[0]) for rel in (joint.GetBody0Rel(), joint.GetBody1Rel()))
+        assert leaf.HasAPI(UsdPhysics.RigidBodyAPI) and not frame.HasAPI(UsdPhysics.RigidBodyAPI)
+        pivots = []
+        for body, local in ((frame, joint.GetLocalPos0Attr()), (leaf, joint.GetLocalPos1Attr())):
+            matrix = UsdGeom.Xformable(body).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+            pivots.append(matrix.Transform(Gf.Vec3d(local.Get())))
+        assert (pivots[0] - pivots[1]).GetLength() < 1e-6
+        turned = leaf.GetAttribute("xformOp:rotateZ").Get() or 0.0
+        assert joint.GetLowerLimitAttr().Get() - 1e-4 <= turned <= joint.GetUpperLimitAttr().Get() + 1e-4
+
+
+def test_a_double_door_has_two_leaves_that_do_not_meet(stage):
+    prim = prim_of(stage, "door-g3")
+    assert [child.GetName() for child in prim.GetChildren()] == ["void", "hinge_1", "joint_1", "hinge_2", "joint_2"]
+    angles = [prim.GetChild(f"hinge_{k}").GetAttribute("xformOp:rotateZ").Get() for k in (1, 2)]
+    assert angles == pytest.approx([math.degrees(0.5), -math.degrees(0.5)])
+
+
+def test_what_is_not_known_of_a_door_is_not_drawn_but_said():
+    stage, notes = build_stage(building())
+    assert [c.GetName() for c in prim_of(stage, "door-g5").GetChildren()] == ["void"]
+    assert any("Door g5" in note for note in notes)
+    assert any("Stair 1" in note for note in notes)
+
+
+def test_spaces_and_voids_are_guides_and_the_rest_is_not(stage):
+    for prim in stage.Traverse():
+        if prim.IsA(UsdGeom.Mesh):
+            guide = UsdGeom.Imageable(prim).ComputePurpose() == "guide"
+            assert guide == any(word in str(prim.GetPath()) for word in ("/Spaces/", "/Stairs/", "/void"))
+
+
+def test_every_shown_mesh_has_the_elements_colour(stage):
+    for prim in stage.Traverse():
+        if prim.IsA(UsdGeom.Mesh) and UsdGeom.Imageable(prim).ComputePurpose() != "guide":
+            assert UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    body = prim_of(stage, "wall-g-middle").GetChild("body")
+    shader = UsdShade.MaterialBindingAPI(body).ComputeBoundMaterial()[0].ComputeSurfaceSource()[0]
+    assert shader.GetInput("diffuseColor").Get() == pytest.approx((0.82, 0.79, 0.72), abs=0.005)
+
+
+def test_elements_of_one_id_beginning_and_odd_ids_get_prims_of_their_own():
+    walls = [wall(key, (0, k), (4, k), 0.1, 0.0) for k, key in enumerate(("12345678", "12345678b", "ä/ b", "ö/ b"))]
+    stage, _ = build_stage(with_walls(*walls))
+    assert len({prim_of(stage, w.id).GetPath() for w in walls}) == 4
+
+
+def test_an_element_without_extent_is_named_and_not_drawn():
+    flat = wall("flat", (0, 0), (0, 0), 0.1, 0.0)
+    stage, notes = build_stage(with_walls(flat))
+    assert not prim_of(stage, flat.id).GetChildren()
+    assert "Wall flat: no shape, since it has no extent." in notes
+
+
+def test_an_empty_building_is_a_valid_stage(tmp_path):
+    empty = Building(
+        id="b", name="Empty", storeys=(Storey(id="s", name="S", elevation=building().storeys[0].elevation),)
+    )
+    export(empty, tmp_path / "empty.usdc")
+    assert Usd.Stage.Open(str(tmp_path / "empty.usdc")).GetDefaultPrim()
+
+
+def test_a_file_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
+    with pytest.raises((Scan2BimError, OSError, Tf.ErrorException)):
+        export(building(), tmp_path / "missing" / "x.usdc")
+    assert list(tmp_path.iterdir()) == []
