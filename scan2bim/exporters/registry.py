@@ -28,6 +28,7 @@ OWN_PACKAGE: Final = "scan2bim"
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 _MAX_STEM: Final = 100  # bytes of a file name, well below the 255 of common file systems
 _NO_SPACE: Final = 16 * 1024  # bytes: a disk with less has just been filled
+_MAX_REASON: Final = 300  # characters of a library's message that are passed on
 _log = logging.getLogger(__name__)
 
 
@@ -136,7 +137,7 @@ def _load(point: metadata.EntryPoint) -> Export:
     try:
         export = point.load().export
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
+        reason = _shorten(f"{type(error).__name__}: {error}")
         raise UsageError(
             f"The exporter for .{point.name} ({point.value} of package {_owner(point)}) cannot be loaded ({reason}). "
             "Update or remove that package, or choose another format."
@@ -220,8 +221,14 @@ def _export_draft(building: Building, job: _Job, draft: Path) -> tuple[str, ...]
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
         if isinstance(error, Scan2BimError | OSError):
             raise
-        reason = " ".join(str(error).split()) or "no reason given"
+        reason = _shorten(str(error)) or "no reason given"
         raise StageError(f"{job.path}: the exporter failed ({type(error).__name__}: {reason}).") from error
+
+
+def _shorten(text: str) -> str:
+    """One line of a message of any length."""
+    line = " ".join(text.split())
+    return line if len(line) <= _MAX_REASON else f"{line[:_MAX_REASON]}..."
 
 
 def _free_bytes(folder: Path) -> int:

@@ -6,6 +6,8 @@ z up, metres. ``/Building`` (assembly) > storey (group, its origin on the floor)
 
 from __future__ import annotations
 
+import errno
+import os
 import struct
 import tempfile
 import zipfile
@@ -13,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from pxr import Kind, Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Kind, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from scan2bim import __version__
 from scan2bim.errors import StageError
@@ -50,7 +52,7 @@ _CLASSES: Final[dict[type[Element], tuple[str, str]]] = {
 def export(building: Building, path: Path) -> tuple[str, ...]:
     """Write the building as the USD file ``path`` (its suffix chooses the form) and say what was left out.
 
-    Raises StageError where the library cannot write.
+    Raises OSError where the file cannot be written, StageError where the library gives up without a reason.
     """
     stage, notes = build_stage(building)
     with tempfile.TemporaryDirectory(prefix=".usd-", dir=path.parent) as folder:
@@ -85,12 +87,21 @@ def _new_stage() -> Usd.Stage:
 
 
 def _write_layer(stage: Usd.Stage, path: Path) -> None:
-    layer = path.with_suffix(".usdc") if path.suffix == ".usdz" else path
-    done = stage.GetRootLayer().Export(str(layer))
+    layer = stage.GetRootLayer()
+    if path.suffix == ".usda":
+        path.write_text(layer.ExportToString(), encoding="utf-8", newline="\n")
+        return
+    crate = path.with_suffix(".usdc")
+    try:
+        done = layer.Export(str(crate))
+    except Tf.ErrorException as error:
+        if os.strerror(errno.ENOSPC) in str(error):  # its message repeats that for every block
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from None
+        raise
     if not done:
-        raise StageError(f"The USD library could not write {path.name}; its own message stands above.")
+        raise StageError(f"The USD library could not write {path.name} and gave no reason.")
     if path.suffix == ".usdz":
-        _package(layer, path)
+        _package(crate, path)
 
 
 def _package(layer: Path, path: Path) -> None:
