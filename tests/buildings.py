@@ -72,7 +72,8 @@ def door(key: str, offset: float, width: float = 0.9, **more) -> Opening:
 
 
 def window(key: str, offset: float, width: float = 1.4, sill: float = 0.9, height: float = 1.3) -> Opening:
-    return opening(key, offset, width, sill, height, Window(id=f"window-{key}", name=f"Window {key}", confidence=0.7))
+    fill = Window(id=f"window-{key}", name=f"Window {key}", confidence=0.7)
+    return opening(f"w{key}", offset, width, sill, height, fill)
 
 
 def opening(key: str, offset: float, width: float, sill: float, height: float, fill: Door | Window | None) -> Opening:
