@@ -1,0 +1,134 @@
+"""E57 (ASTM E2807): points in bounded chunks by libE57's own loop, with the checksum of every page verified.
+
+Structured and unstructured, Cartesian and spherical, several scans a file, any number of points, integer, scaled and float fields.
+Fields of extensions are ignored. invalidState 1 (a direction without a range) becomes ``Chunk.misses``, 2 is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.scan import F32, U8, Chunk, ScanHeader
+from scan2bim.errors import DamagedFileError
+from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
+from scan2bim.readers.e57_layout import Buffers, Layout, Limits, make_buffers, scan_layout
+from scan2bim.readers.points import join_chunks, make_chunk, stretch
+
+__all__ = ["read_chunks", "read_headers", "sample_points"]
+
+_SPREAD = 4
+"""A sample is thinned from this many times its points at the scan's start: libE57 cannot jump to a record."""
+
+
+def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
+    """The points of one scan. Raises DamagedFileError where they end early."""
+    if header.points == 0:
+        return
+    with open_image(header.path) as image:
+        scan = image.root()["data3D"][header.index]
+        layout = scan_layout(header.path, header.index, scan)
+        buffers = make_buffers(image, layout, min(chunk_points, header.points))
+        reader = scan["points"].reader(buffers.targets)
+        try:
+            yield from _chunks(header, reader, layout, buffers)
+        finally:
+            reader.close()
+
+
+def _chunks(header: ScanHeader, reader: Any, layout: Layout, buffers: Buffers) -> Iterator[Chunk]:
+    done = 0
+    while done < header.points and (count := int(reader.read())):
+        done += count
+        yield _chunk(header, layout, buffers, count)
+    if done != header.points:
+        raise DamagedFileError(
+            header.path,
+            f"scan {header.index} ends after {done:,} of {header.points:,} points.",
+            "Copy or export it again.",
+        )
+
+
+def sample_points(header: ScanHeader, count: int) -> Chunk:
+    """``count`` points thinned from the start of the scan."""
+    wanted = min(header.points, _SPREAD * count)
+    chunks: list[Chunk] = []
+    for chunk in read_chunks(header, max(wanted, 1)):
+        chunks.append(chunk)
+        if sum(len(part.xyz) + part.dropped for part in chunks) >= wanted:
+            break
+    return join_chunks(chunks, count)
+
+
+def _chunk(header: ScanHeader, layout: Layout, buffers: Buffers, count: int) -> Chunk:
+    with np.errstate(invalid="ignore", over="ignore"):
+        xyz = _coordinates(header, layout, buffers.xyz[:count])
+    rgb = _colours(layout.colour, buffers.rgb[:count]) if layout.colour and buffers.rgb is not None else None
+    intensity = (
+        _intensities(layout.intensity, buffers.intensity[:count])
+        if layout.intensity and buffers.intensity is not None
+        else None
+    )
+    valid, misses = _validity(
+        header, xyz, None if buffers.state is None else buffers.state[:count], layout, buffers.xyz[:count]
+    )
+    return make_chunk(xyz, rgb, intensity, valid=valid, misses=misses)
+
+
+def _coordinates(header: ScanHeader, layout: Layout, raw: NDArray[Any]) -> F32:
+    """Raw coordinates (n, 3) as Cartesian float32 less the origin, always a copy."""
+    if layout.spherical:
+        raw = to_cartesian(raw)
+    if header.origin.any():
+        raw = raw - header.origin
+    return raw.astype(np.float32)
+
+
+def _colours(limits: tuple[Limits, Limits, Limits], raw: NDArray[Any]) -> U8:
+    if raw.dtype == np.uint8 and all(channel == Limits(0, 255) for channel in limits):
+        return raw.copy()
+    low = np.array([channel.low for channel in limits])
+    high = np.array([channel.high for channel in limits])
+    with np.errstate(invalid="ignore", over="ignore"):
+        scaled = (raw - low) * (255.0 / (high - low)) + 0.5
+    return np.fmax(np.fmin(scaled, 255.0), 0.0).astype(np.uint8)
+
+
+def _intensities(limits: Limits, raw: F32) -> F32:
+    if limits == Limits(0, 1):
+        return raw.copy()
+    if max(abs(limits.low), abs(limits.high)) < 1e6:
+        return (raw - np.float32(limits.low)) * np.float32(1.0 / (limits.high - limits.low))
+    return stretch(raw, limits.low, limits.high)
+
+
+def _validity(
+    header: ScanHeader, xyz: F32, state: U8 | None, layout: Layout, raw: NDArray[Any]
+) -> tuple[NDArray[np.bool_] | None, F32 | None]:
+    """Which records are points (None: all), and the directions of those that are misses.
+
+    A point exactly in the scanner's centre is none: writers that know no invalid state mark no-return so.
+    """
+    valid = None
+    if header.pose is not None and not header.origin.any():
+        nowhere = (xyz[:, 0] == 0) & (xyz[:, 1] == 0) & (xyz[:, 2] == 0)
+        valid = ~nowhere if nowhere.any() else None
+    if state is None or not state.any():
+        return valid, None
+    misses = _directions(raw[state == 1], layout)
+    points = state == 0
+    return points if valid is None else valid & points, misses if len(misses) else None
+
+
+def _directions(raw: NDArray[Any], layout: Layout) -> F32:
+    """Unit directions (m, 3) of records without a range; those without a direction are left out."""
+    values = raw.astype(np.float64)
+    if layout.spherical:
+        values[:, 0] = 1.0
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        directions = to_cartesian(values) if layout.spherical else values
+        unit = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    return unit[np.isfinite(unit).all(axis=1)]

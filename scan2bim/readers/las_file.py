@@ -1,0 +1,223 @@
+"""A LAS or LAZ file's own structure (ASPRS LAS 1.0 to 1.4), checked before laspy and lazrs are trusted with it.
+
+What a damaged header could make them allocate or loop over is refused here: offsets, record lengths, counts, the table of compressed
+chunks. Files are read as their header says, never past it.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import lazrs
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.errors import DamagedFileError
+from scan2bim.readers.crs import crs_name, geotiff_crs, wkt_unit
+from scan2bim.readers.points import no_points, truncated
+
+_SIZES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
+"""Bytes of a point of formats 0 to 10, without extra bytes."""
+_VARIABLE = 0xFFFFFFFF
+"""Chunk size of LAZ files whose chunks differ (COPC)."""
+_MOST_HEADER = 256 << 20
+"""Bytes before the points. Real files have some kilobytes."""
+_AGAIN = "Copy or export it again."
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LasFile:
+    """What a LAS header says. ``chunk_starts`` and ``chunk_points`` are those of a LAZ file's chunks, empty for LAS."""
+
+    version: tuple[int, int]
+    point_format: int
+    compressed: bool
+    point_size: int
+    points: int
+    offset: int
+    scales: tuple[float, float, float]
+    offsets: tuple[float, float, float]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    crs: str | None
+    unit: float | None
+    is_copc: bool
+    chunk_starts: NDArray[np.int64]
+    chunk_points: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Vlr:
+    user: bytes
+    record: int
+    data: bytes
+
+
+def read_las_file(path: Path) -> LasFile:
+    """The header of a LAS or LAZ file, checked against the file's size. Raises DamagedFileError."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        raw = file.read(375)
+        if len(raw) < 227:
+            raise truncated(path, "LAS", 227, len(raw))
+        return _parse(path, file, raw, size)
+
+
+def _parse(path: Path, file: BinaryIO, raw: bytes, size: int) -> LasFile:
+    version = (raw[24], raw[25])
+    header_size, offset, vlr_count = struct.unpack_from("<HII", raw, 94)
+    form, point_size, points = struct.unpack_from("<BHI", raw, 104)
+    if version == (1, 4) or (version[0] == 1 and version[1] > 4):
+        if len(raw) < 375:
+            raise truncated(path, "LAS", 375, len(raw))
+        points = struct.unpack_from("<Q", raw, 247)[0]
+    compressed, form = bool(form & 0xC0), form & 0x3F
+    if version[0] != 1 or form >= len(_SIZES) or point_size < _SIZES[form]:
+        what = f"version {version[0]}.{version[1]}, point format {form}, {point_size} bytes a point"
+        raise DamagedFileError(path, f"damaged or unknown LAS header: {what}.", _AGAIN)
+    if points == 0:
+        raise no_points(path, "LAS")
+    if offset > size or header_size > offset:
+        raise truncated(path, "LAS", max(offset, header_size), size)
+    if offset > _MOST_HEADER or vlr_count * 54 > offset - header_size:
+        raise DamagedFileError(path, f"damaged LAS header: {vlr_count:,} records before byte {offset:,}.", _AGAIN)
+    numbers = struct.unpack_from("<12d", raw, 131)
+    scales, offsets = _check_scales(path, numbers)
+    vlrs = _read_vlrs(path, file, header_size, offset, vlr_count)
+    starts, counts = _layout_of_points(path, file, vlrs, compressed, point_size, points, offset, size)
+    crs, unit = _crs(vlrs)
+    upper, lower = np.array(numbers[6::2]), np.array(numbers[7::2])
+    is_copc = any(vlr.user == b"copc" and vlr.record == 1 for vlr in vlrs)
+    return LasFile(
+        version,
+        form,
+        compressed,
+        point_size,
+        points,
+        offset,
+        scales,
+        offsets,
+        lower,
+        upper,
+        crs,
+        unit,
+        is_copc,
+        starts,
+        counts,
+    )
+
+
+def _check_scales(
+    path: Path, numbers: tuple[float, ...]
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    scales, offsets = numbers[0:3], numbers[3:6]
+    if not all(1e-12 < abs(scale) < 1e6 for scale in scales) or not all(abs(value) < 1e12 for value in offsets):
+        raise DamagedFileError(path, f"damaged LAS header: scales {scales}, offsets {offsets}.", _AGAIN)
+    return (scales[0], scales[1], scales[2]), (offsets[0], offsets[1], offsets[2])
+
+
+def _read_vlrs(path: Path, file: BinaryIO, start: int, end: int, count: int) -> tuple[_Vlr, ...]:
+    file.seek(start)
+    raw = file.read(end - start)
+    vlrs: list[_Vlr] = []
+    position = 0
+    for _ in range(count):
+        if position + 54 > len(raw):
+            raise DamagedFileError(path, f"damaged LAS header: {count} records announced, {len(vlrs)} fit.", _AGAIN)
+        user, record, length = struct.unpack_from("<2x16sHH", raw, position)
+        position += 54 + length
+        vlrs.append(_Vlr(user.split(b"\0")[0], record, raw[position - length : position]))
+    if position > len(raw):
+        raise DamagedFileError(path, "damaged LAS header: a record before the points is longer than its room.", _AGAIN)
+    return tuple(vlrs)
+
+
+def _layout_of_points(
+    path: Path,
+    file: BinaryIO,
+    vlrs: tuple[_Vlr, ...],
+    compressed: bool,
+    point_size: int,
+    points: int,
+    offset: int,
+    size: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    none = np.zeros(0, np.int64)
+    if not compressed:
+        if size < offset + points * point_size:
+            raise truncated(path, "LAS", offset + points * point_size, size)
+        return none, none
+    laszip = next((vlr.data for vlr in vlrs if vlr.user == b"laszip encoded" and vlr.record == 22204), b"")
+    _check_laszip(path, laszip, point_size)
+    return _chunk_table(path, file, laszip, points, offset, size)
+
+
+def _check_laszip(path: Path, vlr: bytes, point_size: int) -> None:
+    items = struct.unpack_from("<H", vlr, 32)[0] if len(vlr) >= 34 else 0
+    sizes = (
+        [struct.unpack_from("<HHH", vlr, 34 + 6 * item)[1] for item in range(items)]
+        if len(vlr) >= 34 + 6 * items
+        else []
+    )
+    if not sizes or sum(sizes) != point_size:
+        raise DamagedFileError(
+            path, f"damaged LAZ header: items of {sum(sizes)} bytes for points of {point_size}.", _AGAIN
+        )
+    compressor = struct.unpack_from("<H", vlr, 0)[0]
+    if compressor not in (2, 3):
+        raise DamagedFileError(
+            path, f"LAZ compressor {compressor} is not read (only chunked ones are).", "Write it again with laszip."
+        )
+
+
+def _chunk_table(
+    path: Path, file: BinaryIO, vlr: bytes, points: int, offset: int, size: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Start (byte) and number of points of each compressed chunk."""
+    at = _table_offset(path, file, offset, size)
+    file.seek(at)
+    head = file.read(8)
+    version, chunks = struct.unpack("<II", head) if len(head) == 8 else (1, 0)
+    chunk_size = struct.unpack_from("<I", vlr, 12)[0]
+    variable = chunk_size == _VARIABLE
+    expected = -(-points // max(chunk_size, 1))
+    room = at - offset - 8
+    if version != 0 or chunks == 0 or chunk_size == 0 or chunks > room or (not variable and chunks != expected):
+        raise DamagedFileError(path, f"damaged LAZ file: a table of {chunks:,} chunks for {points:,} points.", _AGAIN)
+    file.seek(at)
+    table = np.array(lazrs.read_chunk_table_only(io.BytesIO(file.read()), lazrs.LazVlr(vlr)), np.int64).reshape(-1, 2)
+    counts = table[:, 0] if variable else np.full(chunks, chunk_size, np.int64)
+    lengths = table[:, 1]
+    if len(table) != chunks or lengths.min() <= 0 or counts.min() < 0 or lengths.sum() > room or counts.sum() < points:
+        raise DamagedFileError(path, f"damaged LAZ file: its chunks do not add up to {points:,} points.", _AGAIN)
+    return offset + 8 + np.concatenate([[0], np.cumsum(lengths[:-1])]), counts
+
+
+def _table_offset(path: Path, file: BinaryIO, offset: int, size: int) -> int:
+    file.seek(offset)
+    raw = file.read(8)
+    at = struct.unpack("<q", raw)[0] if len(raw) == 8 else 0
+    if at == -1:
+        file.seek(size - 8)
+        at = struct.unpack("<q", file.read(8))[0]
+    if not offset + 8 < at <= size - 8:
+        raise DamagedFileError(
+            path, f"truncated or unfinished LAZ file: its table of chunks should be at byte {at:,} of {size:,}.", _AGAIN
+        )
+    return at
+
+
+def _crs(vlrs: tuple[_Vlr, ...]) -> tuple[str | None, float | None]:
+    records = {vlr.record: vlr.data for vlr in vlrs if vlr.user == b"LASF_Projection"}
+    if 2112 in records:
+        wkt = records[2112].split(b"\0")[0].decode("utf-8", errors="replace")
+        return crs_name(wkt) or None, wkt_unit(wkt)
+    if 34735 not in records:
+        return None, None
+    words = np.frombuffer(records[34735][: len(records[34735]) // 8 * 8], "<u2").reshape(-1, 4)[1:]
+    keys = {int(key): int(value) for key, location, _, value in words if location == 0}
+    return geotiff_crs(keys, records.get(34737, b"").split(b"\0")[0].decode("latin-1"))
