@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
 from scan2bim.simulate.e57 import write_e57
 from scan2bim.simulate.scanner import ScannerSpec, Sweep, cast_all
 from scan2bim.simulate.scene import Scene

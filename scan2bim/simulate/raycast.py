@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.errors import ResourceError
+from scan2bim.geometry.raycasting import MissingLibraryError, load_open3d
 from scan2bim.simulate.mesh import Patches
 
 F64 = NDArray[np.float64]
@@ -32,13 +32,13 @@ def first_hits(
 ) -> Hits:
     """What rays from ``viewpoint`` (3,) along the unit vectors ``directions`` (n, 3) meet first.
 
-    "auto" takes open3d where it can be loaded, else numpy; "open3d" raises ResourceError where it cannot.
+    "auto" takes open3d where it can be loaded, else numpy; "open3d" raises MissingLibraryError where it cannot.
     """
     if caster == "numpy":
         return first_hits_numpy(patches, viewpoint, directions)
     try:
         return first_hits_open3d(patches, viewpoint, directions)
-    except (ResourceError, ImportError):
+    except MissingLibraryError:
         if caster == "open3d":
             raise
         return first_hits_numpy(patches, viewpoint, directions)
@@ -74,9 +74,7 @@ def _project(inverse: F64, half: NDArray[np.bool_], directions: F64) -> tuple[F6
 
 
 def first_hits_open3d(patches: Patches, viewpoint: F64, directions: F64) -> Hits:
-    """As ``first_hits``, by open3d's RaycastingScene (float32). Raises ResourceError where open3d cannot be loaded."""
-    from scan2bim.geometry.raycasting import load_open3d
-
+    """As ``first_hits``, by open3d's RaycastingScene in float32. Raises MissingLibraryError where it cannot be loaded."""
     o3d = load_open3d()
     vertices, triangles, owner = patches.triangles()
     scene = o3d.t.geometry.RaycastingScene()

@@ -6,9 +6,10 @@ import math
 import numpy as np
 import pytest
 import shapely
+from synthetic import l_shaped, rotated_flat, scanned, two_rooms, two_storeys
+
 from scan2bim.simulate.scene import Placement, Room, Scene, StoreySpec, WallSpec
 from scan2bim.simulate.truth import truth_of
-from synthetic import l_shaped, rotated_flat, scanned, two_rooms, two_storeys
 
 SCENES = {"two rooms": two_rooms, "L": l_shaped, "two storeys": two_storeys, "flat": rotated_flat}
 
@@ -44,7 +45,7 @@ def test_openings_stay_clear_of_other_walls_and_of_each_other(scene: Scene) -> N
         for wall in storey.walls:
             spans = sorted((o.offset, o.offset + o.width) for o in (*wall.doors, *wall.windows))
             assert all(a[1] < b[0] for a, b in itertools.pairwise(spans)), wall.name
-            assert all(0.15 <= a and b <= wall.length - 0.15 for a, b in spans), wall.name
+            assert all(a >= 0.15 and b <= wall.length - 0.15 for a, b in spans), wall.name
 
 
 def test_spaces_do_not_overlap(scene: Scene) -> None:
