@@ -64,7 +64,8 @@ def read_headers(path: Path | str) -> tuple[ScanHeader, ...]:
 def read_chunks(header: ScanHeader, chunk_points: int = CHUNK_POINTS) -> Iterator[Chunk]:
     """The points of one scan, ``chunk_points`` records or fewer at a time, in the order of the file.
 
-    Memory is bounded by the chunk, whatever the file's size. Raises DamagedFileError or InputError, at the latest at the end: a file that
+    Memory is bounded by the chunk, whatever the file's size. Raises DamagedFileError or InputError, at the latest at
+    the end: a file that
     ends early is never read without an error.
     """
     form, _ = detect(header.path)

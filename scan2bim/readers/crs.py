@@ -60,7 +60,7 @@ def _plausible(unit: float) -> float | None:
 def geotiff_crs(keys: dict[int, int], citation: str) -> tuple[str | None, float | None]:
     """Name and unit from GeoTIFF keys (id to value) and their citation."""
     code = keys.get(3072, keys.get(2048, 0))
-    name = citation.split("|")[0].strip() or None
+    name = citation.split("|", maxsplit=1)[0].strip() or None
     if 0 < code < 32767:
         name = f"{name} (EPSG:{code})" if name else f"EPSG:{code}"
     return name, _UNIT_CODES.get(keys.get(3076, 0))

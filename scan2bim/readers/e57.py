@@ -1,6 +1,7 @@
 """E57 (ASTM E2807): points in bounded chunks by libE57's own loop, with the checksum of every page verified.
 
-Structured and unstructured, Cartesian and spherical, several scans a file, any number of points, integer, scaled and float fields.
+Structured and unstructured, Cartesian and spherical, several scans a file, any number of points, integer, scaled and
+float fields.
 Fields of extensions are ignored. invalidState 1 (a direction without a range) becomes ``Chunk.misses``, 2 is dropped.
 """
 

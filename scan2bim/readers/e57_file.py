@@ -1,6 +1,7 @@
 """Checks of an E57 file's own structure (ASTM E2807), made before libE57 is trusted with it.
 
-libE57 parses the XML part and the packets in native code; what a damaged or hostile file could make it allocate, recurse
+libE57 parses the XML part and the packets in native code; what a damaged or hostile file could make it allocate,
+recurse
 into or loop over is refused here: lengths, offsets, page size, nesting, document types and record counts.
 """
 
@@ -29,7 +30,7 @@ _AGAIN = "Copy or export it again."
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A compressed vector's place in the file: physical offset of its section and of its packets, logical length, records."""
+    """A compressed vector: physical offset of its section and of its packets, logical length, records."""
 
     offset: int
     data: int

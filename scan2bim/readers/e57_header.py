@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pye57 import libe57
 
 from scan2bim.cloud.scan import F64, Pose, ScanHeader
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.crs import crs_name
 from scan2bim.readers.e57_file import Section, check_count, check_file
-from scan2bim.readers.e57_layout import Layout, Node, declared_range, make_buffers, number, prototype, scan_layout, text
+from scan2bim.readers.e57_layout import (
+    Layout,
+    Node,
+    declared_range,
+    libe57,
+    make_buffers,
+    number,
+    prototype,
+    scan_layout,
+    text,
+)
 from scan2bim.readers.points import choose_origin, no_points, rotation_matrix
 
 _FIRST = 256
@@ -24,7 +33,7 @@ _LARGEST = 1e9
 
 
 @contextmanager
-def open_image(path: Path) -> Iterator[Any]:
+def open_image(path: Path) -> Generator[Any]:
     """The libE57 image file, checksums of all pages verified while reading."""
     image = libe57.ImageFile(str(path), "r", libe57.CHECKSUM_POLICY_ALL)
     try:
@@ -131,7 +140,8 @@ def _first_points(image: Any, scan: Node, layout: Layout) -> F64:
 def _local_box(scan: Node, layout: Layout, first: F64, pose: Pose | None) -> F64 | None:
     """Lower and upper corner (2, 3) of the scan in its own frame, from the statement that its first points agree with.
 
-    The standard's bounds are in the scan's frame. pye57 writes the local corners turned by the pose; others the box in the common frame,
+    The standard's bounds are in the scan's frame. pye57 writes the local corners turned by the pose; others the box
+    in the common frame,
     which says nothing certain of the local one.
     """
     names = [f"{axis}{end}" for end in ("Minimum", "Maximum") for axis in "xyz"]
@@ -166,7 +176,7 @@ def _common_box(box: F64 | None, pose: Pose | None) -> tuple[F64 | None, F64 | N
 
 
 def _grid(scan: Node, records: int) -> tuple[int | None, int | None]:
-    """(columns, rows) of a structured scan, (None, None) for others: every record must have its own place in the grid."""
+    """Columns and rows of a structured scan, (None, None) for others: every record must have a place in the grid."""
     sides: list[int] = []
     for name in ("column", "row"):
         limits = [number(scan, "indexBounds", f"{name}{end}") for end in ("Minimum", "Maximum")]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pye57 import libe57
 
 from scan2bim.errors import DamagedFileError
+
+libe57: Any = importlib.import_module("pye57.libe57")
+"""The binding, which has no types."""
 
 CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -31,8 +34,10 @@ class Limits:
 class Layout:
     """How to read a scan's records.
 
-    axes: the three coordinate fields. dtype: of the coordinates, "f4" where the file has single floats, else "f8". invalid: the field of
-    the invalid state. colour: limits of red, green, blue, with ``colour_dtype`` of the buffers. bits: of a record, at least.
+    axes: the three coordinate fields. dtype: of the coordinates, "f4" where the file has single floats, else "f8".
+    invalid: the field of
+    the invalid state. colour: limits of red, green, blue, with ``colour_dtype`` of the buffers. bits: of a record, at
+    least.
     """
 
     axes: tuple[str, str, str]
@@ -129,7 +134,7 @@ def _intensity_limits(scan: Node, node: Node) -> Limits:
 
 
 def _stated_limits(scan: Node, group: str, name: str, node: Node) -> Limits | None:
-    """The scan's own limits of a field, unless they are empty or wider than what the field can hold (some writers' slip)."""
+    """The scan's own limits of a field, unless they are empty or wider than the field (some writers' slip)."""
     low, high = number(scan, group, f"{name}Minimum"), number(scan, group, f"{name}Maximum")
     if low is None or high is None or high <= low:
         return None
@@ -156,7 +161,8 @@ def _bits(node: Node) -> int:
 class Buffers:
     """Arrays that libE57 fills, ``capacity`` records at a time.
 
-    xyz (capacity, 3); rgb (capacity, 3) or None; intensity (capacity,) float32 or None; state (capacity,) uint8 or None.
+    xyz (capacity, 3); rgb (capacity, 3) or None; intensity (capacity,) float32 or None; state (capacity,) uint8 or
+    None.
     """
 
     xyz: np.ndarray[Any, np.dtype[Any]]
@@ -167,7 +173,10 @@ class Buffers:
 
 
 def make_buffers(image: Any, layout: Layout, capacity: int) -> Buffers:
-    """Buffers for a layout. Columns of one array are filled with an explicit stride, since the binding ignores numpy's."""
+    """Buffers for a layout.
+
+    Columns of one array are filled with an explicit stride, since the binding ignores numpy's.
+    """
     targets = libe57.VectorSourceDestBuffer()
     xyz = _table(image, targets, layout.axes, layout.dtype, capacity)
     rgb = _table(image, targets, COLOURS, layout.colour_dtype, capacity) if layout.colour else None

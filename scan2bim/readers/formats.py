@@ -32,11 +32,17 @@ LOOSE_SUFFIXES = frozenset({".txt", ".csv", ".asc"})
 _RECAP = "In Autodesk ReCap open the project and choose Export > E57, one file per scan."
 _FARO = "In FARO SCENE choose Export > Scans > E57, structured, with scanner positions."
 _ZF = "In Z+F LaserControl or LaserControl Scout choose File > Export > E57, one file per scan."
-_LEICA = "In Leica Cyclone REGISTER 360 or Cyclone choose Export > E57 (separate setups) or PTX; JetStream and TruView can export E57 too."
+_LEICA = (
+    "In Leica Cyclone REGISTER 360 or Cyclone choose Export > E57 (separate setups) or PTX; "
+    "JetStream and TruView can export E57 too."
+)
 _RIEGL = "In RIEGL RiSCAN PRO choose Export > Point cloud > E57, one file per scan position, registered."
 _TRIMBLE = "In Trimble RealWorks choose Export > E57, gridded, with stations."
 _TOPCON = "In Topcon MAGNET Collage choose Export > E57."
-_REVIT = "This is a model, no scan. For checking a model, export IFC from Revit (File > Export > IFC) and use 'scan2bim verify'."
+_REVIT = (
+    "This is a model, no scan. For checking a model, export IFC from Revit (File > Export > IFC) "
+    "and use 'scan2bim verify'."
+)
 _DRAWING = "This is a drawing, no scan. Give the point cloud that it was drawn from, as E57 or LAZ."
 _SKETCHUP = "This is a SketchUp model, no scan. Give the point cloud that it was drawn from, as E57 or LAZ."
 _UNPACK = "Unpack it first and give the files in it."
@@ -84,7 +90,10 @@ CLOSED: dict[str, Closed] = {
     ".xz": Closed("a compressed file", _UNPACK, scan=False),
     ".zst": Closed("a compressed file", _UNPACK, scan=False),
 }
-"""Suffixes (lower case) that are refused. ``scan`` is False where a folder of scans may well hold such a file by the way."""
+"""Suffixes (lower case) that are refused.
+
+``scan`` is False where a folder of scans may well hold such a file by the way.
+"""
 
 _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"ASTM-E57", "E57"),

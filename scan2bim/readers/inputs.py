@@ -13,9 +13,10 @@ _WILDCARDS = re.compile(r"[*?\[]")
 
 
 def find_inputs(paths: Sequence[Path | str]) -> list[Path]:
-    """The files that the paths stand for, each once, in the order given and within a folder sorted naturally (2 before 10).
+    """The files that the paths stand for, each once, as given; within a folder sorted naturally (2 before 10).
 
-    A path is a file, a folder (searched through, known suffixes only) or a glob pattern. Raises InputError where a path is
+    A path is a file, a folder (searched through, known suffixes only) or a glob pattern. Raises InputError where a
+    path is
     missing or holds no point cloud, ClosedFormatError where a file or folder holds a vendor's closed format.
     """
     if not paths:

@@ -1,11 +1,13 @@
 """LAS, LAZ and COPC: plain records straight from the file, compressed ones by laspy and lazrs.
 
-A file that merges several stations often keeps them apart by point source id: a quick look (the first point of every compressed
+A file that merges several stations often keeps them apart by point source id: a quick look (the first point of every
+compressed
 chunk and some whole stretches) lists the ids.
 """
 
 from __future__ import annotations
 
+import importlib
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,9 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
-import laspy
 import numpy as np
-from laspy import DecompressionSelection
 from numpy.typing import NDArray
 
 from scan2bim.cloud.scan import F32, F64, U8, Chunk, ScanHeader
@@ -23,6 +23,9 @@ from scan2bim.errors import DamagedFileError
 from scan2bim.readers.las_file import LasFile, read_las_file
 from scan2bim.readers.points import choose_origin, guess_range, join_chunks, make_chunk, rows_of, stamp
 from scan2bim.readers.records import Records, read_records, sample_records
+
+laspy: Any = importlib.import_module("laspy")
+"""The LAS library, whose types strict checking does not take."""
 
 logging.getLogger("laspy").addHandler(logging.NullHandler())  # its messages would be shown besides our errors
 
@@ -133,9 +136,9 @@ def _as_records(file: LasFile, points: Any) -> NDArray[Any]:
     return cast(NDArray[Any], points.array)
 
 
-def _selection(look: _Look) -> DecompressionSelection:
+def _selection(look: _Look) -> Any:
     """The fields to decompress, where the point format allows a choice."""
-    selection = DecompressionSelection.base().decompress_z()
+    selection = laspy.DecompressionSelection.base().decompress_z()
     if look.intensity:
         selection = selection.decompress_intensity()
     if look.rgb_bits:
@@ -213,7 +216,7 @@ def _first_points(path: Path, file: LasFile) -> NDArray[Any]:
         raise DamagedFileError(path, "truncated LAZ file: a chunk lies beyond its end.", "Copy or export it again.")
     firsts = np.frombuffer(b"".join(raw), dtype)
     stretches = _read_stretches(
-        path, file, _stretches(file, _LOOK_STRETCHES), _LOOK_POINTS, DecompressionSelection.all()
+        path, file, _stretches(file, _LOOK_STRETCHES), _LOOK_POINTS, laspy.DecompressionSelection.all()
     )
     return np.concatenate([firsts, *(part.view(dtype) for part in stretches)])
 
@@ -225,9 +228,7 @@ def _stretches(file: LasFile, wanted: int) -> list[int]:
     return [int(begin) for begin in np.unique(rows_of(begins, wanted))]
 
 
-def _read_stretches(
-    path: Path, file: LasFile, starts: list[int], count: int, selection: DecompressionSelection
-) -> list[NDArray[Any]]:
+def _read_stretches(path: Path, file: LasFile, starts: list[int], count: int, selection: Any) -> list[NDArray[Any]]:
     parts: list[NDArray[Any]] = []
     with laspy.open(
         path, read_evlrs=False, laz_backend=laspy.LazBackend.Lazrs, decompression_selection=selection

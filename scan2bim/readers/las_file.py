@@ -1,24 +1,28 @@
 """A LAS or LAZ file's own structure (ASPRS LAS 1.0 to 1.4), checked before laspy and lazrs are trusted with it.
 
-What a damaged header could make them allocate or loop over is refused here: offsets, record lengths, counts, the table of compressed
+What a damaged header could make them allocate or loop over is refused here: offsets, record lengths, counts, the
+table of compressed
 chunks. Files are read as their header says, never past it.
 """
 
 from __future__ import annotations
 
+import importlib
 import io
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
-import lazrs
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.crs import crs_name, geotiff_crs, wkt_unit
 from scan2bim.readers.points import no_points, truncated
+
+lazrs: Any = importlib.import_module("lazrs")
+"""The LAZ library, which has no types."""
 
 _SIZES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
 """Bytes of a point of formats 0 to 10, without extra bytes."""

@@ -26,7 +26,7 @@ _AGAIN = "Copy or export it again."
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """What the columns of a text file mean: ``count`` of them, indices of coordinates, colours and intensity, the decimal sign.
+    """The meaning of ``count`` columns: indices of coordinates, colours and intensity, and the decimal sign.
 
     ``packed`` is a column of colours packed in one number, as PCD has them: whole, or the bits of a single float.
     """
@@ -39,7 +39,7 @@ class Columns:
     packed: int | None = None
 
     def take(self) -> tuple[int, ...]:
-        """Indices of the columns in the order in which rows hold them: x, y, z, then intensity, then r, g, b or the packed colour."""
+        """Indices of the columns in the order of rows: x, y, z, then intensity, then r, g, b or the packed colour."""
         single = tuple(index for index in (self.intensity,) if index is not None)
         return (*self.xyz, *single, *(self.rgb or ()), *(() if self.packed is None else (self.packed,)))
 
@@ -131,7 +131,10 @@ def _bad_line(path: Path, position: int, columns: Columns) -> DamagedFileError:
 
 
 def skip_lines(file: BinaryIO, start: int, count: int) -> int | None:
-    """The byte behind ``count`` lines from byte ``start`` on, None where the file has fewer. A last line needs no end."""
+    """The byte behind ``count`` lines from byte ``start`` on, None where the file has fewer.
+
+    A last line needs no end.
+    """
     file.seek(start)
     position, left, last = start, count, b"\n"
     while left > 0:
@@ -189,7 +192,7 @@ def _packed(values: F64) -> F32 | NDArray[np.uint32]:
 
 def to_chunk(rows: F64, columns: Columns, scaling: TextScaling, drop_zeros: bool = False) -> Chunk:
     """A chunk (a copy) of rows (n, k); with ``drop_zeros`` points at exactly 0 0 0 are none."""
-    valid = rows[:, :3].any(axis=1) if drop_zeros else None
+    valid = (rows[:, 0] != 0) | (rows[:, 1] != 0) | (rows[:, 2] != 0) if drop_zeros else None
     with np.errstate(invalid="ignore", over="ignore"):
         xyz = (rows[:, :3] - scaling.origin).astype(np.float32)
         after = 3 + (columns.intensity is not None)

@@ -23,7 +23,10 @@ _IN_MEMORY = 64 << 20
 
 @njit(cache=True, nogil=True)
 def _decode(source, position, target, filled, last):  # pyright: ignore
-    """Decodes until ``target`` is nearly full or ``source`` (with ``last`` False: nearly) used up. filled -1: damaged."""
+    """Decodes until ``target`` is nearly full or ``source`` (with ``last`` False: nearly) used up.
+
+    filled -1: damaged.
+    """
     size = len(source)
     margin = 0 if last else 40
     while position < size - margin and filled + _LONGEST <= len(target):
@@ -54,7 +57,10 @@ def _decode(source, position, target, filled, last):  # pyright: ignore
 
 
 def decompressed(path: Path, offset: int, packed: int, unpacked: int) -> IO[bytes]:
-    """A temporary file with the ``unpacked`` bytes of ``packed`` ones at ``offset``. Raises DamagedFileError. The caller closes it."""
+    """A temporary file with the ``unpacked`` bytes of ``packed`` ones at ``offset``.
+
+    Raises DamagedFileError. The caller closes it.
+    """
     output: IO[bytes] = tempfile.SpooledTemporaryFile(max_size=_IN_MEMORY)  # noqa: SIM115
     try:
         done = 0

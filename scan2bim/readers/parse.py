@@ -1,6 +1,7 @@
 """Numbers from text, compiled: rows of a fixed number of columns, separated by blanks, commas or semicolons.
 
-Measured on 20 million rows this takes two thirds of the time of pandas' and polars' readers, without either being needed.
+Measured on 20 million rows this takes two thirds of the time of pandas' and polars' readers, without either being
+needed.
 """
 
 from __future__ import annotations
@@ -16,14 +17,7 @@ _MOST_DIGITS = 10**17
 
 @njit(cache=True, nogil=True, inline="always")
 def _ends_token(char, decimal):  # pyright: ignore
-    return (
-        char == _BLANK
-        or char == _TAB
-        or char == _NEWLINE
-        or char == _RETURN
-        or char == _SEMICOLON
-        or (char == _COMMA and decimal != _COMMA)
-    )
+    return char in (_BLANK, _TAB, _NEWLINE, _RETURN, _SEMICOLON) or (char == _COMMA and decimal != _COMMA)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -79,13 +73,13 @@ def _number(text, position, decimal):  # pyright: ignore
         else:
             break
         position += 1
-    if digits and (char == 101 or char == 69 or char == 100 or char == 68):
+    if digits and char in (101, 69, 100, 68):
         power, position = _exponent(text, position + 1)
         if position < 0:
             return np.nan, -1
         exponent += power
         char = text[position]
-    if char == _HASH or (digits == 0 and (char == 110 or char == 78 or char == 105 or char == 73)):
+    if char == _HASH or (digits == 0 and char in (110, 78, 105, 73)):
         return np.nan, _skip_token(text, position, decimal)
     if digits == 0 or not _ends_token(char, decimal):
         return np.nan, -1
@@ -132,19 +126,20 @@ def _row(text, position, columns, take, decimal, out):  # pyright: ignore
 def parse_rows(text, position, end, columns, take, decimal, out, row):  # pyright: ignore
     """Fills ``out`` (n, k) float64 from row ``row`` on with the lines of ``text`` (uint8) from ``position`` to ``end``.
 
-    ``text[end - 1]`` must be a line's end. ``take`` (columns,) gives the column of ``out`` for each column of text, -1 for none.
-    Empty lines and lines that begin with #, / or % are skipped. Gives the number of rows filled, the position reached and whether it
-    stands at a line that is no row.
+    ``text[end - 1]`` must be a line's end. ``take`` (columns,) gives the column of ``out`` for each column of text,
+    -1 for none.
+    Empty lines and lines that begin with #, / or % are skipped. Gives the rows filled, the position reached and
+    whether a line that is no row stands there.
     """
     while position < end and row < len(out):
         start = position
         position = _skip_blanks(text, position)
         char = text[position]
-        if char == _HASH or char == _SLASH or char == _PERCENT:
+        if char in (_HASH, _SLASH, _PERCENT):
             while text[position] != _NEWLINE and text[position] != _RETURN:
                 position += 1
             continue
-        if char == _NEWLINE or char == _RETURN:
+        if char in (_NEWLINE, _RETURN):
             position += 1
             continue
         position = _row(text, position, columns, take, decimal, out[row])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -267,7 +267,7 @@ def _compressed_sizes(path: Path, pcd: _Pcd) -> tuple[int, int]:
 
 
 @contextmanager
-def _unpacked(path: Path, pcd: _Pcd) -> Iterator[IO[bytes]]:
+def _unpacked(path: Path, pcd: _Pcd) -> Generator[IO[bytes]]:
     file = decompressed(path, pcd.offset + 8, *_compressed_sizes(path, pcd))
     try:
         yield file

@@ -1,4 +1,4 @@
-"""PLY: ASCII and both binaries, vertex properties in any order and of any type; faces and other elements are passed over."""
+"""PLY: ASCII and both binaries, vertex properties in any order and of any type; other elements are passed over."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
@@ -17,17 +16,23 @@ from scan2bim.errors import DamagedFileError, InputError, ResourceError, Scan2Bi
 _Number = TypeVar("_Number", bound=np.generic)
 
 LIMIT = 1e9
-"""File units. No scan is larger than a thousand kilometres even in millimetres: what lies farther from the origin is no measurement."""
+"""File units.
+
+No scan is larger than a thousand kilometres even in millimetres: what lies farther from the origin is no measurement.
+"""
 
 FAR = 1000.0
-"""File units. Up to here float32 keeps a tenth of a millimetre in metres; larger coordinates are taken down by an origin."""
+"""File units.
+
+Up to here float32 keeps a tenth of a millimetre in metres; larger coordinates are taken down by an origin.
+"""
 
 ORIGIN_STEP = 100.0
 """File units. Origins are whole multiples of this, so that they are readable and exact."""
 
 
 def choose_origin(*corners: NDArray[np.floating] | None) -> F64:
-    """The (3,) origin to take off: zeros for small coordinates, else the centre of the finite corners rounded to 100 units."""
+    """The (3,) origin to take off: zeros for small coordinates, else the corners' centre rounded to 100 units."""
     rows = [np.asarray(corner, np.float64).reshape(-1, 3) for corner in corners if corner is not None]
     points = np.concatenate(rows) if rows else np.zeros((0, 3))
     points = points[(np.abs(points) < 1e15).all(axis=1)]
@@ -41,11 +46,12 @@ def measured(xyz: F32 | F64) -> NDArray[np.bool_] | None:
     if xyz.size == 0 or (xyz.min() > -LIMIT and xyz.max() < LIMIT):
         return None
     with np.errstate(invalid="ignore"):
-        return ((xyz > -LIMIT) & (xyz < LIMIT)).all(axis=1)
+        inside = (xyz > -LIMIT) & (xyz < LIMIT)
+    return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
 
 def make_chunk(
-    xyz: F32 | F64,
+    xyz: F32,
     rgb: U8 | None = None,
     intensity: F32 | None = None,
     source: U16 | None = None,
@@ -53,7 +59,7 @@ def make_chunk(
     valid: NDArray[np.bool_] | None = None,
     misses: F32 | None = None,
 ) -> Chunk:
-    """A chunk of the records that are valid (n,) bool, finite and within the limit; the rest, less the misses, is counted."""
+    """A chunk of the records that are valid (n,), finite and within the limit; the rest, less misses, is counted."""
     finite = measured(xyz)
     keep = finite if valid is None else valid if finite is None else valid & finite
     if intensity is not None:
@@ -62,7 +68,14 @@ def make_chunk(
         return Chunk(xyz, rgb, intensity, source, misses)
     kept = np.ascontiguousarray(xyz[keep])
     dropped = len(xyz) - len(kept) - (0 if misses is None else len(misses))
-    return Chunk(kept, *(None if part is None else part[keep] for part in (rgb, intensity, source)), misses, dropped)
+    return Chunk(
+        kept,
+        None if rgb is None else rgb[keep],
+        None if intensity is None else intensity[keep],
+        None if source is None else source[keep],
+        misses,
+        dropped,
+    )
 
 
 def unit_range(values: F32) -> F32:
@@ -81,7 +94,8 @@ def stretch(values: NDArray[np.generic], low: float, high: float) -> F32:
 def guess_range(values: NDArray[np.generic]) -> tuple[float, float]:
     """Low and high of an intensity whose file does not state them, guessed from some values.
 
-    Whole numbers and fractions in 0-1 are taken as they are; else the smallest usual range that holds them: 8, 11 (Leica's
+    Whole numbers and fractions in 0-1 are taken as they are; else the smallest usual range that holds them: 8, 11
+    (Leica's
     -2048 to 2047), 12 or 16 bits; else their own range.
     """
     finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
@@ -141,7 +155,7 @@ def join_chunks(chunks: list[Chunk], count: int) -> Chunk:
     total = sum(len(chunk.xyz) for chunk in chunks)
     rows = np.linspace(0, total - 1, min(count, total)).astype(np.int64)
     misses = [chunk.misses for chunk in chunks if chunk.misses is not None]
-    xyz = np.concatenate([chunk.xyz for chunk in chunks]) if chunks else np.zeros((0, 3), np.float32)
+    xyz = np.concatenate([np.zeros((0, 3), np.float32), *(chunk.xyz.astype(np.float32) for chunk in chunks)])
     return Chunk(
         np.ascontiguousarray(xyz[rows]),
         _joined([chunk.rgb for chunk in chunks], rows),
@@ -165,12 +179,12 @@ def read_exactly(path: Path, size: int) -> bytes:
 
 def stamp(path: Path) -> tuple[Path, int, int]:
     """What tells one state of a file from another: path, size, time of change. Used as a key of caches."""
-    state = os.stat(path)
+    state = path.stat()
     return path, state.st_size, state.st_mtime_ns
 
 
 @contextmanager
-def mapped_errors(path: Path, form: str) -> Iterator[None]:
+def mapped_errors(path: Path, form: str) -> Generator[None]:
     """Turns whatever a library raises on a bad file into an InputError that names the file. Ours pass through."""
     try:
         yield

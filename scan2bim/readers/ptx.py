@@ -1,4 +1,4 @@
-"""PTX (Leica): structured scans, each with its scanner's position and the matrix to the common frame; 0 0 0 is no return."""
+"""PTX (Leica): structured scans, each with its scanner's position and matrix; 0 0 0 is no return."""
 
 from __future__ import annotations
 
@@ -138,7 +138,8 @@ def _numbers(path: Path, line: bytes, count: int) -> list[float]:
 def _pose(path: Path, position: list[float], matrix: F64) -> tuple[Pose, F64]:
     """Pose and shift of the (4, 4) matrix, which multiplies row vectors from the right.
 
-    Some programs write points in the common frame with the identity, and the scanner's position apart: then the points are taken
+    Some programs write points in the common frame with the identity, and the scanner's position apart: then the
+    points are taken
     back by that position, so that they have the scanner in their centre.
     """
     rotation, translation = matrix[:3, :3].T, matrix[3, :3]

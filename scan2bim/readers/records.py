@@ -54,7 +54,7 @@ class Fields:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scaling:
-    """What the header does not say and a look at some records does: origin (3,), factor of colours, range of intensity."""
+    """What a look at some records says beyond the header: origin (3,), factor of colours, range of intensity."""
 
     origin: F64
     colour: float = 1.0

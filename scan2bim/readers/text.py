@@ -1,4 +1,4 @@
-"""XYZ, TXT, CSV and ASC: one point a line, with or without a line of names, columns found by name or by their values."""
+"""XYZ, TXT, CSV, ASC: one point a line, with or without a line of names, columns found by name or by their values."""
 
 from __future__ import annotations
 
@@ -114,7 +114,10 @@ def _names(line: str) -> list[str]:
 
 
 def find_columns(path: Path, names: list[str], lines: list[str]) -> tuple[Columns, str]:
-    """The meaning of the columns, with a note that says so. Raises DamagedFileError where there are fewer than three."""
+    """The meaning of the columns, with a note that says so.
+
+    Raises DamagedFileError where there are fewer than three.
+    """
     decimal = "," if _has_decimal_comma(lines) else "."
     table = [_split(line, decimal) for line in lines[:256]]
     count = len(table[0])
@@ -159,7 +162,7 @@ def _by_names(count: int, roles: list[str], decimal: str) -> Columns:
 
 
 def _by_values(count: int, table: F64, decimal: str) -> Columns:
-    """x y z, then colours where three columns look like them (whole 0-255 or 0-65535, or fractions), and one of intensity."""
+    """Coordinates, then colours where three columns look like them (whole or fractions), and one of intensity."""
     after = [_is_colour(table[:, column : column + 3]) for column in range(3, count - 2)]
     if count >= 6 and after[0] and not (count >= 7 and after[1] and not _is_whole_byte(table[:, 3:6])):
         return Columns(count, rgb=(3, 4, 5), intensity=6 if count == 7 else None, decimal=decimal)
@@ -180,8 +183,8 @@ def _is_whole_byte(values: F64) -> bool:
 
 
 def _describe(columns: Columns) -> str:
-    meaning = {index: axis for index, axis in zip(columns.xyz, "xyz", strict=True)}
-    meaning |= {index: colour for index, colour in zip(columns.rgb or (), ("red", "green", "blue"), strict=False)}
+    meaning = dict(zip(columns.xyz, "xyz", strict=True))
+    meaning |= dict(zip(columns.rgb or (), ("red", "green", "blue"), strict=False))
     if columns.intensity is not None:
         meaning[columns.intensity] = "intensity"
     sign = " (decimal comma)" if columns.decimal == "," else ""
