@@ -89,12 +89,17 @@ class Reporter:
         self._clock = clock
         self._costs: dict[str, float] = {}
         self._done = 0.0
+        self._total = self._base = 0.0
         self._began = clock()
 
     def plan(self, costs: Mapping[str, float]) -> None:
-        """The stages that will run, each with its expected seconds. The clock for the time left starts here."""
+        """The stages that will run, each with its expected seconds. The clock for the time left starts here.
+
+        A later plan shares what is left of the bar, so that it never goes back.
+        """
         self._costs = {name: max(cost, 1e-9) for name, cost in costs.items()}
         self._done = 0.0
+        self._base = self._total
         self._began = self._clock()
 
     @contextlib.contextmanager
@@ -123,13 +128,13 @@ class Reporter:
     def _tell(self, name: str, fraction: float) -> None:
         fraction = min(max(fraction, 0.0), 1.0)
         whole = sum(self._costs.values())
-        total = (self._done + fraction * self._costs.get(name, 0.0)) / whole if whole else fraction
-        total = min(total, 1.0)
-        self._view.show(Moved(name, fraction, total, self._left(total)))
+        share = (self._done + fraction * self._costs.get(name, 0.0)) / whole if whole else 0.0
+        self._total = max(self._total, min(self._base + (1 - self._base) * share, 1.0))
+        self._view.show(Moved(name, fraction, self._total, self._left(min(share, 1.0))))
 
-    def _left(self, total: float) -> float | None:
+    def _left(self, share: float) -> float | None:
         gone = self._clock() - self._began
-        return gone * (1 - total) / total if gone >= SURE_SECONDS and total >= SURE_SHARE else None
+        return gone * (1 - share) / share if gone >= SURE_SECONDS and share >= SURE_SHARE else None
 
 
 def about(seconds: float) -> str:
