@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,8 +35,7 @@ class Field:
 
 def write_e57(path: Path, sweeps: list[Sweep]) -> None:
     """Write one E57 file with a scan for each sweep. Coordinates are scaled whole numbers of 0.5 mm."""
-    from pye57 import libe57
-
+    libe57: Any = importlib.import_module("pye57.libe57")
     image = libe57.ImageFile(str(path), "w")
     try:
         scans = _root(libe57, image, path.name)

@@ -74,7 +74,7 @@ def _project(inverse: F64, half: NDArray[np.bool_], directions: F64) -> tuple[F6
 
 
 def first_hits_open3d(patches: Patches, viewpoint: F64, directions: F64) -> Hits:
-    """As ``first_hits``, by open3d's RaycastingScene in float32. Raises MissingLibraryError where it cannot be loaded."""
+    """As ``first_hits``, by open3d's RaycastingScene in float32; MissingLibraryError where it cannot be loaded."""
     o3d = load_open3d()
     vertices, triangles, owner = patches.triangles()
     scene = o3d.t.geometry.RaycastingScene()
