@@ -23,19 +23,27 @@ _JOINT = {"L": "MITRE", "T": "BUTT", "X": "CROSS"}
 
 def add_walls(draft: Draft, level: Level, storey: Storey) -> list[Entity]:
     """The storey's walls with all that they host; gives the walls, doors and windows, which the storey contains."""
-    walls = [_in_millimetres(wall) for wall in storey.walls]
+    found = _writable(draft, storey.walls)
+    walls = [_in_millimetres(wall) for wall in found]
     outlines = wall_outlines(walls)
-    made: dict[str, Entity] = {}
-    fills: list[Entity] = []
-    for wall in walls:
-        if wall_length(wall) < LEAST_THICKNESS or wall.height.value <= 0.0:
-            draft.notes.append(f"Wall {wall.name!r} ({wall.id}) has no length or height and was left out.")
-            continue
-        made[wall.id] = _wall(draft, level, wall, outlines[wall.id])
-        fills += add_openings(draft, made[wall.id], wall)
+    made = {wall.id: _wall(draft, level, wall, outlines[wall.id]) for wall in walls}
+    fills = [fill for wall in walls for fill in add_openings(draft, made[wall.id], wall)]
     _connect(draft, walls, made)
-    _describe(draft, storey.walls, outlines, made)
+    _describe(draft, found, outlines, made)
     return [*made.values(), *fills]
+
+
+def _writable(draft: Draft, walls: Sequence[Wall]) -> list[Wall]:
+    """The walls that have an extent and an id of their own."""
+    kept: dict[str, Wall] = {}
+    for wall in walls:
+        if wall.id in kept:
+            draft.notes.append(f"Two walls share the id {wall.id!r}: {wall.name!r} was left out.")
+        elif wall_length(wall) < LEAST_THICKNESS or wall.height.value <= 0.0:
+            draft.notes.append(f"Wall {wall.name!r} ({wall.id}) has no length or height and was left out.")
+        else:
+            kept[wall.id] = wall
+    return list(kept.values())
 
 
 def _in_millimetres(wall: Wall) -> Wall:
@@ -81,7 +89,7 @@ def _connect(draft: Draft, walls: Sequence[Wall], made: dict[str, Entity]) -> No
     for wall in walls:
         for join in wall.joins:
             pair = frozenset(((wall.id, join.at), (join.wall, join.other_at)))
-            if pair in done or wall.id not in made:
+            if pair in done:
                 continue
             done.add(pair)
             if join.wall not in made or join.wall == wall.id:
@@ -106,8 +114,6 @@ def _path_relation(draft: Draft, wall: Wall, join: Join, made: dict[str, Entity]
 
 def _describe(draft: Draft, walls: Sequence[Wall], outlines: dict[str, Ring], made: dict[str, Entity]) -> None:
     for wall in walls:
-        if wall.id not in made:
-            continue
         entity = made[wall.id]
         draft.properties.common(
             entity,

@@ -1,0 +1,240 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import ifcopenshell
+import ifcopenshell.util.element as util
+import ifcopenshell.util.placement
+import ifcopenshell.util.unit
+import ifcopenshell.validate
+import numpy as np
+import pytest
+from buildings import box, building, measured, opening, space, wall
+from ifc_help import entity, one_storey, points, volume, whole, written
+
+from scan2bim.exporters.ifc import export
+from scan2bim.model.elements import Building, Column, Frame, Join, Slab, Space, Storey, Wall
+from scan2bim.model.queries import openings_of, walls_of
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory) -> ifcopenshell.file:
+    return whole(tmp_path_factory.mktemp("ifc"))
+
+
+def problems(file: ifcopenshell.file, rules: bool = True) -> list[str]:
+    """What the library's validator finds: schema and WHERE rules (these take seconds to load)."""
+    log = ifcopenshell.validate.json_logger()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # the library leaves its rule file open
+        ifcopenshell.validate.validate(file, log, express_rules=rules)
+    return [str(statement) for statement in log.statements]
+
+
+def odd_building() -> Building:
+    """All that is hard to write: nothing at all, crossing outlines, odd names, repeated ids, joins to nowhere."""
+    bowtie = box(0.0, 0.0, 4.0, 3.0)
+    bowtie = (bowtie[0], bowtie[2], bowtie[1], bowtie[3])
+    holes = (opening("x", 3.5, 1.0, -0.1, 3.5, None), opening("y", 1.0, 0.0, 0.0, 2.0, None))
+    walls = (
+        wall("a", (0.0, 0.0), (4.0, 0.0), 0.00001, 0.0, joins=(Join(wall="no", at="end", other_at="start", kind="L"),)),
+        wall("b", (1.0, 1.0), (1.0, 1.0), 0.2, 0.0),
+        wall("c", (0.0, 2.0), (4.0, 2.0), 0.2, 0.0, openings=holes),
+        wall("c", (0.0, 4.0), (4.0, 4.0), 0.2, 0.0),
+    )
+    walls = (*walls, walls[0].model_copy(update={"id": "é'\n" * 200, "name": "Wand »é« 'x'\\ \n" * 50}))
+    empty = Storey(id="empty", name="", elevation=measured(-3.0))
+    filled = Storey(
+        id="filled",
+        name="Filled",
+        elevation=measured(0.0),
+        walls=walls,
+        spaces=(space("bow", "Bow", bowtie, 0.0, 6.0), space("line", "Line", ((0.0, 0.0), (1.0, 0.0)), 0.0, 0.0)),
+        slabs=(
+            Slab(
+                id="slab",
+                name="Slab",
+                confidence=0.0,
+                outline=box(0, 0, 4, 3),
+                holes=(((1.0, 1.0), (1.0, 2.0)),),
+                top=measured(0.0),
+                thickness=measured(0.0),
+            ),
+        ),
+    )
+    return Building(id="odd", name="Odd", storeys=(empty, filled))
+
+
+def test_the_file_is_valid_by_schema_and_rules(house):
+    assert problems(house) == []
+
+
+def test_odd_input_gives_a_valid_file_and_says_what_was_left_out(tmp_path):
+    path = tmp_path / "odd.ifc"
+    notes = export(odd_building(), path)
+    assert problems(ifcopenshell.open(str(path))) == []
+    for words in ("'Wall b'", "'Line'", "'Opening y'", "reaches past the end", "joins a wall 'no'", "share the id"):
+        assert any(words in note for note in notes), words
+
+
+def test_a_building_without_storeys_gives_a_valid_file(tmp_path):
+    assert problems(written(Building(id="b", name="b"), tmp_path), rules=False) == []
+
+
+def test_the_unit_is_the_metre_and_the_schema_ifc4(house):
+    assert ifcopenshell.util.unit.calculate_unit_scale(house) == 1.0
+    assert house.schema_identifier == "IFC4"
+
+
+def test_everything_in_the_model_is_in_the_file(house):
+    model = building()
+    counts = {
+        "IfcBuildingStorey": len(model.storeys),
+        "IfcWall": len(list(walls_of(model))),
+        "IfcOpeningElement": len(list(openings_of(model))),
+        "IfcDoor": 8,
+        "IfcWindow": 6,
+        "IfcSpace": 6,
+        "IfcSlab": 3,
+        "IfcCovering": 1,
+        "IfcColumn": 1,
+        "IfcStair": 1,
+    }
+    assert {name: len(house.by_type(name)) for name in counts} == counts
+
+
+def test_every_product_has_geometry_of_some_volume(house):
+    products = [p for p in house.by_type("IfcProduct") if p.Representation]
+    assert len(products) >= 50
+    for product in products:
+        assert volume(product) > 1e-4, product
+
+
+def test_everything_is_placed_and_contained_once(house):
+    for product in house.by_type("IfcElement"):
+        assert product.ObjectPlacement
+        if product.is_a("IfcOpeningElement"):
+            assert not product.ContainedInStructure
+        else:
+            assert util.get_container(product, should_get_direct=True).is_a("IfcBuildingStorey")
+    for room in house.by_type("IfcSpace"):
+        assert util.get_aggregate(room).is_a("IfcBuildingStorey")
+
+
+def test_storeys_stand_at_their_elevation(house):
+    for storey in building().storeys:
+        found = entity(house, storey.id)
+        matrix = ifcopenshell.util.placement.get_local_placement(found.ObjectPlacement)
+        assert found.Elevation == storey.elevation.value == pytest.approx(matrix[2, 3])
+
+
+def test_elements_stand_where_the_model_has_them(house):
+    upper = points(entity(house, "wall-u-south"), openings=False)
+    assert (upper[:, 2].min(), upper[:, 2].max()) == pytest.approx((2.8, 5.4))
+    slab = points(entity(house, "slab-u"))
+    assert (slab[:, 2].min(), slab[:, 2].max()) == pytest.approx((2.6, 2.8))
+    ceiling = points(entity(house, "covering-g"))
+    assert (ceiling[:, 2].min(), ceiling[:, 2].max()) == pytest.approx((2.6, 2.62))
+    corners = np.array([box(7.8, 4.0, 8.1, 4.3)])[0]
+    column = points(entity(house, "column-1"))
+    for corner in corners:
+        assert np.abs(column[:, :2] - corner).sum(axis=1).min() < 1e-4
+
+
+def test_holes_of_slabs_and_spaces_are_open(house):
+    assert volume(entity(house, "slab-u")) == pytest.approx((10.3 * 8.3 - 1.0 * 2.8) * 0.2, rel=1e-4)
+    hole = 1.0 * 2.6
+    whole_room = volume(entity(house, "space-u3")) + hole
+    assert volume(entity(house, "space-u1")) < whole_room
+
+
+def test_a_round_column_is_a_cylinder(tmp_path):
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    outline = tuple((2 + 0.25 * np.cos(a), 3 + 0.25 * np.sin(a)) for a in angles)
+    square = ((1.75, 2.75), (2.25, 2.75), (2.25, 3.25), (1.75, 3.25))
+    columns = tuple(
+        Column(id=name, name=name, confidence=1, outline=ring, base=0.5, height=measured(2.0), section="round")
+        for name, ring in (("inside", outline), ("about", square))
+    )
+    file = written(one_storey(columns=columns), tmp_path)
+    assert [round(p.Radius, 6) for p in file.by_type("IfcCircleProfileDef")] == [0.25, 0.25]
+    assert points(entity(file, "about"))[:, 2].min() == pytest.approx(0.5)
+
+
+def test_what_was_taken_off_the_coordinates_is_the_map_conversion(house):
+    (conversion,) = house.by_type("IfcMapConversion")
+    assert (conversion.Eastings, conversion.Northings, conversion.OrthogonalHeight) == (500_000.0, 5_400_000.0, 300.0)
+    assert (conversion.XAxisAbscissa, conversion.XAxisOrdinate, conversion.Scale) == (1.0, 0.0, 1.0)
+    assert conversion.TargetCRS.Name == "EPSG:25832"
+
+
+@pytest.mark.parametrize(
+    ("frame", "name"),
+    [
+        (Frame(shift=(1000.0, 0.0, 0.0)), "unknown: local survey grid"),
+        (Frame(crs="25832"), "EPSG:25832"),
+        (Frame(), None),
+    ],
+)
+def test_the_map_is_named_only_where_there_is_one(tmp_path, frame, name):
+    file = written(Building(id="b", name="b", frame=frame), tmp_path)
+    assert [crs.Name for crs in file.by_type("IfcProjectedCRS")] == ([name] if name else [])
+
+
+def test_two_runs_write_the_same_bytes_whatever_the_hash_seed_and_the_place(tmp_path):
+    export(building(), tmp_path / "a.ifc")
+    code = (
+        "import sys; from pathlib import Path; from buildings import building;"
+        "from scan2bim.exporters.ifc import export; export(building(), Path(sys.argv[1]))"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": "77", "PYTHONPATH": str(Path(__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", code, str(tmp_path / "other name.ifc")], check=True, env=environment)
+    assert (tmp_path / "a.ifc").read_bytes() == (tmp_path / "other name.ifc").read_bytes()
+
+
+def test_guids_are_those_of_the_model_and_unique(house):
+    guids = [root.GlobalId for root in house.by_type("IfcRoot")]
+    assert len(guids) == len(set(guids))
+    for storey, host in walls_of(building()):
+        assert entity(house, host.id).Name == host.name
+        assert entity(house, storey.id).Name == storey.name
+
+
+def test_nothing_is_left_that_nothing_refers_to(house):
+    items = [item for item in house.by_type("IfcRepresentationItem") if not item.is_a("IfcStyledItem")]
+    assert [item for item in items if not house.get_total_inverses(item)] == []
+
+
+def test_colours_of_the_scan_are_the_styles(house):
+    colour = building().storeys[0].walls[0].colour
+    assert colour is not None
+    (style,) = util_styles(entity(house, "wall-g-south"))
+    shade = style.Styles[0].SurfaceColour
+    encoded = [1.055 * c ** (1 / 2.4) - 0.055 for c in colour]
+    assert (shade.Red, shade.Green, shade.Blue) == pytest.approx(encoded, abs=0.003)
+
+
+def util_styles(element: ifcopenshell.entity_instance) -> list[ifcopenshell.entity_instance]:
+    items = [item for rep in element.Representation.Representations for item in rep.Items]
+    return [style for item in items for styled in item.StyledByItem for style in styled.Styles]
+
+
+def many_walls() -> Building:
+    walls: list[Wall] = []
+    for i in range(100):
+        x, y = i % 10 * 6.0, i // 10 * 5.0
+        holes = [opening(f"d{i}", 1.0, 0.8 + i / 500, 0.0, 2.1, None)] if i < 60 else []
+        walls.append(wall(str(i), (x, y), (x + 6, y), 0.1 + i / 1000, 0.0, openings=tuple(holes)))
+    spaces: tuple[Space, ...] = ()
+    return one_storey(*walls, spaces=spaces)
+
+
+def test_a_hundred_walls_take_seconds_not_minutes(tmp_path):
+    before = time.process_time()
+    export(many_walls(), tmp_path / "many.ifc")
+    assert time.process_time() - before < 10.0
