@@ -25,5 +25,5 @@ def run(options: Namespace) -> int:
         write_line(sys.stdout, f"{MARKS[check.state]}  {check.name}: {check.text}")
     verdict = "convert works." if good else "convert does not work here: see the lines marked FAIL."
     remarks = sum(check.state == "remark" for check in checks)
-    write_line(sys.stdout, f"\n{verdict}" + (f" {remarks} things to note." if remarks else ""))
+    write_line(sys.stdout, f"\n{verdict}" + (f" Things to note: {remarks}." if remarks else ""))
     return 0 if good else 1
