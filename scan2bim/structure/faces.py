@@ -67,14 +67,13 @@ class Face:
 def find_faces(plan: Plan) -> tuple[Face, ...]:
     """Faces of the storey's walls, longest first; upright things that stay below the ceiling zone are left out."""
     columns = plan.columns
-    zone = np.median(columns.bins[columns.high >= 3]) if (columns.high >= 3).any() else 10.0
     upright = columns.bins >= FEWEST_BINS
     index = np.full(plan.floor.shape, -1, np.int64)
     at = np.flatnonzero(upright | (columns.high >= 2))
     index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
     angle, line = _local_lines(index, columns.pixel, columns.xy, columns.view)
     region = _grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
-    wall_like = (columns.high >= 3) | (columns.bins >= 0.75 * zone)
+    wall_like = columns.high >= 3
     faces = _fit_all(columns, region, wall_like)
     faces = _merge_collinear(columns, faces, wall_like)
     faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]

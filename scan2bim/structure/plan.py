@@ -12,16 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN, TALL, Surfels
-from scan2bim.structure.storeys import Layers, StoreyLevels, standing_and_hanging
+from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SKIRT = 0.15
 """Height above the floor, metres, below which nothing is taken for a wall: skirting boards, cables, thresholds."""
 FLUSH = 0.07
 """Distance from the ceiling, metres, within which points belong to it."""
+SOFFIT = 13
+"""Pixels: a strip narrower than 65 cm that hangs lower than what is beside it is no ceiling of its own."""
 SMALLEST_CEILING = 7
 """Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
-LOWEST_CEILING = 1.2
-"""Clear height, metres, from which a surface overhead counts as ceiling; low under sloped roofs."""
+LOWEST_CEILING = 0.5
+"""Clear height, metres, from which a large surface overhead counts as ceiling; low under sloped roofs."""
 HIGH = 0.45
 """Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
 F64 = NDArray[np.float64]
@@ -76,8 +78,9 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     shape = tuple(np.ceil((xy[inside].max(0) - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
     on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
-    overhead = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z > levels.floor + LOWEST_CEILING)
-    overhead &= z < levels.top - 0.02 if levels.top - levels.floor > 2.2 else inside
+    hollow = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z < levels.top - 0.02)
+    hollow &= z > levels.floor + LOWEST_CEILING
+    overhead = hollow & (_from_below(surfels, layers, z, stations) | _sloped(pixel, z, hollow, shape))
     ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
     roof = _roof_near(ceiling_z)
     roof = np.where(np.isfinite(roof), roof, levels.top)
@@ -86,6 +89,37 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
         levels, origin, _mask(pixel[on_floor], shape), ceiling, ceiling_z,
         _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),
     )
+
+
+def _soffits(height: F32) -> NDArray[np.bool_]:
+    """Narrow strips that hang lower than the ceiling on both sides of them: lintels over doors and windows, beams."""
+    filled = np.where(np.isfinite(height), height, np.float32(-1e3))
+    kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
+    closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, kernel)
+    return np.isfinite(height) & (closed - filled > 0.12) & (closed > -500)
+
+
+def _from_below(surfels: Surfels, layers: Layers, z: F64, stations: F64) -> NDArray[np.bool_]:
+    """Surfels (in layer order) seen from below; where the station is unknown, those with clear height under them."""
+    station = surfels.station[layers.order]
+    eye = np.full(len(z), np.nan)
+    known = station < len(stations)
+    eye[known] = stations[station[known], 2]
+    return np.where(np.isfinite(eye), eye < z, layers.below > HEADROOM - 0.3)
+
+
+def _sloped(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Surfels whose surface rises by 15 to 70 degrees: low parts of sloped ceilings, which a scanner sees from its own height."""
+    height = np.full(shape, np.nan, np.float32)
+    height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
+    rise = np.full((2, *shape), np.nan, np.float32)
+    rise[0, :, 2:-2] = (height[:, 4:] - height[:, :-4]) / (4 * PLAN)
+    rise[1, 2:-2] = (height[4:] - height[:-4]) / (4 * PLAN)
+    slope = np.hypot(rise[0], rise[1])
+    sloped = np.zeros(len(z), bool)
+    at = slope[pixel[hollow, 1], pixel[hollow, 0]]
+    sloped[hollow] = (at > 0.27) & (at < 2.7)
+    return sloped
 
 
 def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
@@ -99,6 +133,7 @@ def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[
     height = np.full(shape, np.nan, np.float32)
     order = np.argsort(-z, kind="stable")
     height[pixel[order, 1], pixel[order, 0]] = z[order]
+    height[_soffits(height)] = np.nan
     raw = np.isfinite(height).astype(np.uint8)
     closed = cv2.morphologyEx(raw, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, np.ones((SMALLEST_CEILING, SMALLEST_CEILING), np.uint8))

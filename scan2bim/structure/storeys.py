@@ -125,6 +125,6 @@ def _levels(
         counts = np.bincount(((under - floor) / 0.02).astype(np.int64))
         smooth = np.convolve(counts, np.ones(3), mode="same")
         ceiling = _refine(under, floor + (int(np.argmax(smooth)) + 0.5) * 0.02)
-    top = limit if np.isfinite(limit) else float(np.percentile(under, 99.5)) if len(under) else float(z.max())
+    top = limit if np.isfinite(limit) else float(np.percentile(under, 99.5)) + 0.1 if len(under) else float(z.max())
     sigma = float(1.4826 * np.median(np.abs(on_floor - np.median(on_floor)))) if len(on_floor) else 0.02
     return StoreyLevels(floor, max(sigma, 0.001), ceiling, top, area)

@@ -1,0 +1,241 @@
+"""Cell complex: the lines of the wall faces cut the storey's plan into cells, which one global optimisation labels space or solid.
+
+Design: "Cell complex plus global optimisation". Spaces come out closed, and a door does not leak, because a label may change only
+along cell edges and pays for every metre of edge on which no face was seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
+from shapely.geometry import Polygon
+
+from scan2bim.cloud.panorama import Panorama, free_of
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.structure.faces import Face
+from scan2bim.structure.plan import Plan
+
+REACH = 2.5
+"""How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
+CAP = 0.6
+"""Length, metres, of the cuts at a face's ends: most walls are thinner."""
+BARE_EDGE = 0.30
+"""Cost per metre of a label change where no face was seen, in square metres of full evidence."""
+SEEN_EDGE = 0.02
+"""Cost per metre of a label change on a face that was seen: keeps borders short."""
+SIDE = 0.5
+"""Evidence per metre of seen face for air on its front and wall on its back, in square metres of full evidence."""
+NOTHING = -0.35
+"""Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
+SLIT = 0.03
+"""Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
+SCALE = 2000.0
+"""Integer capacity per square metre of evidence in the graph cut."""
+FREE_REACH = 20.0
+"""Stations farther than this, metres, are not asked for free space: their cells are wider than a wall there."""
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """``polygons`` (c,) shapely; ``edges`` (e, 2) the cells on both sides of an inner edge, ``ends`` (e, 2, 2) its end points, ``covered`` (e,) 0-1 the
+    share of it on which a face was seen; ``evidence`` (c,) square metres, positive for space."""
+
+    polygons: NDArray[np.object_]
+    edges: I64
+    ends: F64
+    covered: F64
+    evidence: F64
+
+
+def find_spaces(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]) -> tuple[Polygon, ...]:
+    """Inner outlines of the storey's spaces, largest first."""
+    if not faces:
+        return ()
+    score = space_evidence(plan, panoramas)
+    cells = cut_cells(plan, faces, score)
+    inside = label_cells(cells)
+    return _merge_spaces(cells, inside)
+
+
+def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.float32]:
+    """Evidence per pixel, -1 to 1 for each square metre, that it belongs to a space."""
+    ceiling, floor = plan.ceiling > 0, plan.floor > 0
+    roofed = ceiling.sum() > 0.3 * floor.sum()
+    score = np.full(floor.shape, NOTHING, np.float32)
+    score[_free_above(plan, panoramas)] = 0.4
+    if roofed:
+        score[floor & (score < 0)] = 0.1
+        score[ceiling] = 1.0
+    else:
+        closed = cv2.morphologyEx(plan.floor, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)) > 0
+        score[closed | ceiling] = 0.8
+    return score
+
+
+def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
+    """Pixels through which a station looked just below the ceiling, above doors and windows: sampled every 10 cm."""
+    rows, cols = plan.floor.shape
+    ceiling = plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top
+    height = ceiling - 0.2
+    y, x = np.mgrid[0:rows:2, 0:cols:2]
+    points = np.stack([x.ravel() * PLAN + plan.origin[0], y.ravel() * PLAN + plan.origin[1], np.full(x.size, height)], 1)
+    near = [p for p in panoramas if plan.levels.floor - 0.5 < p.position[2] < plan.levels.top + 0.5]
+    free = np.zeros(x.size, np.uint8)
+    for panorama in near:
+        close = np.flatnonzero(np.abs(points[:, :2] - panorama.position[:2]).max(1) < FREE_REACH)
+        free[close] |= free_of(points[close].astype(np.float32), [panorama], 0.1, FREE_REACH) & 1
+    return cv2.resize(free.reshape(x.shape), (cols, rows), interpolation=cv2.INTER_NEAREST) > 0
+
+
+def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
+    """Cut the plan by the faces' lines and gather the evidence on cells and edges."""
+    lines = [f.ends(min(REACH, 0.6 + f.length)) for f in faces] + [cap for f in faces for cap in _caps(f)]
+    drawn = shapely.linestrings(np.array(lines))
+    noded = shapely.union_all(drawn, grid_size=1e-6)
+    polygons = np.array(list(shapely.get_parts(shapely.polygonize([noded]))), object)
+    polygons = polygons[shapely.area(polygons) > 1e-5]
+    evidence = _area_evidence(polygons, plan, score)
+    cell, ends = _oriented_edges(polygons)
+    key = _edge_keys(ends)
+    _, inverse = np.unique(key, axis=0, return_inverse=True)
+    order = np.argsort(inverse, kind="stable")
+    pair = order[np.flatnonzero(np.diff(inverse[order]) == 0)[:, None] + np.array([0, 1])] if len(order) > 1 else np.zeros((0, 2), np.int64)
+    covered_left, covered_right = _coverage(ends, faces, plan)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    np.add.at(evidence, cell, SIDE * length * (covered_left - covered_right))
+    both = np.maximum(covered_left, covered_right)
+    return Cells(polygons, cell[pair], ends[pair[:, 0]], both[pair[:, 0]] if len(pair) else np.zeros(0), evidence)
+
+
+def _caps(face: Face) -> tuple[F64, F64]:
+    """Cuts across the wall behind a face at both of its ends: where a wall ends free, or a niche begins."""
+    across = np.outer([-CAP, CAP / 4], face.normal)
+    first, last = face.ends()
+    return first + across, last + across
+
+
+def _area_evidence(polygons: NDArray[np.object_], plan: Plan, score: NDArray[np.float32]) -> F64:
+    """Evidence of each cell, square metres: its mean pixel score times its area."""
+    scale = 2
+    labels = np.full((score.shape[0] * scale, score.shape[1] * scale), -1, np.int32)
+    for number, polygon in enumerate(polygons):
+        ring = (shapely.get_coordinates(polygon.exterior) - plan.origin) / PLAN * scale
+        cv2.fillPoly(labels, [np.rint(ring * 16).astype(np.int32)], number, lineType=cv2.LINE_8, shift=4)
+    fine = np.repeat(np.repeat(score, scale, 0), scale, 1)
+    hit = labels >= 0
+    count = np.bincount(labels[hit], minlength=len(polygons))
+    total = np.bincount(labels[hit], weights=fine[hit], minlength=len(polygons))
+    point = shapely.get_coordinates(shapely.point_on_surface(polygons))
+    at = np.floor((point - plan.origin) / PLAN).astype(np.int64)
+    at = np.clip(at, 0, np.array(score.shape[::-1]) - 1)
+    mean = np.where(count > 3, total / np.maximum(count, 1), score[at[:, 1], at[:, 0]])
+    return mean * shapely.area(polygons)
+
+
+def _oriented_edges(polygons: NDArray[np.object_]) -> tuple[I64, F64]:
+    """Cell number (e,) and end points (e, 2, 2) of every edge of every cell, the cell on its left."""
+    polygons = shapely.orient_polygons(polygons)
+    rings, ring_cell = shapely.get_rings(polygons, return_index=True)
+    xy, owner = shapely.get_coordinates(rings, return_index=True)
+    same = owner[1:] == owner[:-1]
+    return ring_cell[owner[:-1][same]], np.stack([xy[:-1][same], xy[1:][same]], 1)
+
+
+def _edge_keys(ends: F64) -> I64:
+    """The same integers for an edge and its reverse, (e, 4), to 10 micrometres."""
+    q = np.rint(ends * 1e5).astype(np.int64)
+    swap = (q[:, 0, 0] > q[:, 1, 0]) | ((q[:, 0, 0] == q[:, 1, 0]) & (q[:, 0, 1] > q[:, 1, 1]))
+    q[swap] = q[swap][:, ::-1]
+    return q.reshape(-1, 4)
+
+
+def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64]:
+    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge; unsided faces give half to both."""
+    middle = ends.mean(1)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
+    left, right = np.zeros(len(ends)), np.zeros(len(ends))
+    for face in faces:
+        on = np.flatnonzero(
+            (np.abs((middle - face.centre) @ face.normal) < 2e-4) & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
+        )
+        if not len(on):
+            continue
+        seen, start = _seen_along(face, plan)
+        along = np.sort((ends[on] - face.centre) @ face.direction, axis=1)
+        total = np.concatenate([[0.0], np.cumsum(seen)])
+        at = np.clip((along - start) / PLAN, 0, len(seen))
+        share = np.interp(at[:, 1], np.arange(len(total)), total) - np.interp(at[:, 0], np.arange(len(total)), total)
+        share = np.clip(share * PLAN / np.maximum(length[on], 1e-9), 0, 1)
+        same = direction[on] @ face.direction > 0
+        sided = 1.0 if face.sided else 0.5
+        left[on] = np.maximum(left[on], np.where(same, share * sided, share * (1 - sided)))
+        right[on] = np.maximum(right[on], np.where(same, share * (1 - sided), share * sided))
+    return left, right
+
+
+def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
+    """1 or 0 per 5 cm step along the face, and where the first step starts; gaps up to 25 cm count as seen."""
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
+    start = face.low - 0.1
+    seen = np.zeros(int(np.ceil((face.high + 0.1 - start) / PLAN)) + 1, np.uint8)
+    seen[np.clip(((along - start) / PLAN).astype(np.int64), 0, len(seen) - 1)] = 1
+    closed = cv2.morphologyEx(seen[None], cv2.MORPH_CLOSE, np.ones((1, 5), np.uint8))[0]
+    return closed.astype(np.float64), start
+
+
+def label_cells(cells: Cells) -> NDArray[np.bool_]:
+    """Which cells are space (c,): the minimum of evidence against plus cost of borders, by one graph cut."""
+    count = len(cells.polygons)
+    length = np.linalg.norm(cells.ends[:, 1] - cells.ends[:, 0], axis=1)
+    border = np.rint(SCALE * length * (SEEN_EDGE + BARE_EDGE * (1 - cells.covered))).astype(np.int32)
+    gain = np.rint(SCALE * cells.evidence).astype(np.int32)
+    source, sink = count, count + 1
+    nodes = np.arange(count)
+    rows = np.concatenate([cells.edges[:, 0], cells.edges[:, 1], np.full(count, source), nodes])
+    cols = np.concatenate([cells.edges[:, 1], cells.edges[:, 0], nodes, np.full(count, sink)])
+    caps = np.concatenate([border, border, np.maximum(gain, 0), np.maximum(-gain, 0)])
+    keep = caps > 0
+    graph = coo_array((caps[keep], (rows[keep], cols[keep])), shape=(count + 2, count + 2)).tocsr().astype(np.int32)
+    graph.indices, graph.indptr = graph.indices.astype(np.int32), graph.indptr.astype(np.int32)
+    flow = maximum_flow(graph, source, sink).flow
+    residual = (graph - flow).tocsr()
+    residual.data = np.maximum(residual.data, 0)
+    residual.eliminate_zeros()
+    reached = breadth_first_order(residual, source, return_predecessors=False)
+    inside = np.zeros(count + 2, bool)
+    inside[reached] = True
+    return inside[:count]
+
+
+def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
+    """Union of neighbouring space cells; what is too small or too narrow to stand in is dropped, tiny holes are filled."""
+    count = len(cells.polygons)
+    joined = inside[cells.edges].all(1) & (cells.covered < 0.5)
+    links = coo_array((np.ones(joined.sum()), (cells.edges[joined, 0], cells.edges[joined, 1])), shape=(count, count))
+    _, label = connected_components(links, directed=False)
+    spaces: list[Polygon] = []
+    for number in np.unique(label[inside]):
+        members = inside & (label == number)
+        if cells.evidence[members].sum() < 0.25 * shapely.area(cells.polygons[members]).sum():
+            continue
+        merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
+        solid = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - 0.02, join_style="mitre").buffer(0.02, join_style="mitre")
+        parts = list(shapely.get_parts(solid))
+        spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
+    return tuple(sorted(spaces, key=lambda p: -p.area))
+
+
+def _tidy(polygon: Polygon) -> Polygon:
+    """Without holes smaller than a column and without points in the middle of straight edges."""
+    holes = [r for r in polygon.interiors if Polygon(r).area > 0.03]
+    return shapely.orient_polygons(shapely.simplify(Polygon(polygon.exterior, holes), 0.003))

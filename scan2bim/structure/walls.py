@@ -1,0 +1,236 @@
+"""Walls from the borders of the spaces: a wall is the solid strip between two of them, or behind one of them.
+
+Thickness is measured where the strip has a space on both sides, and assumed where only one of its faces was ever seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+THINNEST, THICKEST = 0.03, 0.80
+"""Distances between faces, metres, that one wall can have (trade: 0.05 to 0.75)."""
+OUTER = 0.30
+"""Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
+INNER = 0.10
+"""Assumed thickness, metres, between two spaces whose common wall was seen from one side only."""
+PARALLEL = 0.9986
+"""Cosine of 3 degrees: faces that differ by more are not those of one wall."""
+SHORTEST = 0.30
+"""Length, metres, below which a border with nothing behind it is a reveal or a pilaster's side, not a wall."""
+BRIDGE = 1.2
+"""Gap, metres, across which walls in one line are one wall, if no space lies in it."""
+IN_LINE = 0.04
+"""Difference of axis and of thickness, metres, up to which walls in one line are one wall."""
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """A wall's centre line (2,) ``start`` to ``end``; ``left`` and ``right`` spaces beside it; ``measured`` tells whether both faces were seen."""
+
+    start: F64
+    end: F64
+    thickness: float
+    measured: bool
+    left: frozenset[int]
+    right: frozenset[int]
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def direction(self) -> F64:
+        """Unit vector from start to end."""
+        return (self.end - self.start) / max(self.length, 1e-9)
+
+    @property
+    def normal(self) -> F64:
+        """Unit vector to the left."""
+        d = self.direction
+        return np.array([-d[1], d[0]])
+
+
+@dataclass(frozen=True, slots=True)
+class AxisJoin:
+    """End ``at`` of wall ``one`` lies on ``other_at`` of wall ``other``."""
+
+    one: int
+    at: str
+    other: int
+    other_at: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Border:
+    """An edge of a space, the space on its left."""
+
+    space: int
+    start: F64
+    direction: F64
+    length: float
+
+    @property
+    def inward(self) -> F64:
+        return np.array([-self.direction[1], self.direction[0]])
+
+
+def find_walls(spaces: Sequence[Polygon]) -> tuple[list[Axis], list[AxisJoin]]:
+    """Walls between and round the spaces, with their ends joined."""
+    borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
+    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders)]
+    axes = _merge(pieces, spaces)
+    return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
+
+
+def _borders(number: int, polygon: Polygon) -> list[_Border]:
+    out: list[_Border] = []
+    for ring in [polygon.exterior, *polygon.interiors]:
+        xy = shapely.get_coordinates(ring)
+        for a, b in zip(xy[:-1], xy[1:], strict=True):
+            length = float(np.linalg.norm(b - a))
+            if length > 0.02:
+                out.append(_Border(number, a, (b - a) / length, length))
+    return out
+
+
+def _pieces(number: int, borders: Sequence[_Border]) -> list[Axis]:
+    """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
+    own = borders[number]
+    stretches: list[tuple[float, float, float, int]] = []
+    for other_number, other in enumerate(borders):
+        if other_number == number or own.direction @ other.direction > -PARALLEL:
+            continue
+        distance = -float((other.start + other.direction * other.length / 2 - own.start) @ own.inward)
+        along = sorted(float((p - own.start) @ own.direction) for p in (other.start, other.start + other.direction * other.length))
+        low, high = max(0.0, along[0]), min(own.length, along[1])
+        if -0.01 <= distance <= THICKEST and high - low > 0.02:
+            stretches.append((low, high, max(distance, 0.0), other_number))
+    cuts = sorted({0.0, own.length, *(s[0] for s in stretches), *(s[1] for s in stretches)})
+    out: list[Axis] = []
+    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        over = [s for s in stretches if s[0] <= low + 1e-6 and s[1] >= high - 1e-6]
+        nearest = min(over, key=lambda s: s[2], default=None)
+        if nearest is None:
+            out.append(_single(own, low, high))
+        elif nearest[3] > number:
+            out.append(_double(own, borders[nearest[3]], low, high, nearest[2]))
+    return out
+
+
+def _single(own: _Border, low: float, high: float) -> Axis:
+    shift = -own.inward * OUTER / 2
+    ends = [own.start + own.direction * t + shift for t in (low, high)]
+    return Axis(ends[0], ends[1], OUTER, False, frozenset({own.space}), frozenset())
+
+
+def _double(own: _Border, other: _Border, low: float, high: float, distance: float) -> Axis:
+    middle = np.array([own.start + own.direction * t for t in (low, high)])
+    far = other.start + np.outer((middle - other.start) @ other.direction, other.direction)
+    ends = (middle + far) / 2
+    measured = distance >= THINNEST
+    return Axis(ends[0], ends[1], distance if measured else INNER, measured, frozenset({own.space}), frozenset({other.space}))
+
+
+def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
+    """Pieces in one line become one wall, the longest first, until nothing merges."""
+    obstacle = shapely.union_all([s.buffer(-0.02) for s in spaces]) if spaces else Polygon()
+    shapely.prepare(obstacle)
+    while True:
+        pieces = sorted(pieces, key=lambda a: -a.length)
+        done: list[Axis] = []
+        merged = False
+        taken = [False] * len(pieces)
+        for i, piece in enumerate(pieces):
+            if taken[i]:
+                continue
+            for j in range(i + 1, len(pieces)):
+                if not taken[j] and _continues(piece, pieces[j], obstacle):
+                    piece = _union(piece, pieces[j])
+                    taken[j] = merged = True
+            done.append(piece)
+        pieces = done
+        if not merged:
+            return pieces
+
+
+def _continues(a: Axis, b: Axis, obstacle: shapely.Geometry) -> bool:
+    """Whether the shorter wall b goes on in the line of a, with like thickness, and no space between."""
+    if b.length > 0.1 and abs(a.direction @ b.direction) < PARALLEL:
+        return False
+    off = np.abs((np.array([b.start, b.end]) - a.start) @ a.normal).max()
+    if off > IN_LINE or abs(a.thickness - b.thickness) > IN_LINE or a.measured != b.measured:
+        return False
+    if not a.measured and (bool(a.left) != bool(b.left)) == (a.direction @ b.direction > 0):
+        return False
+    along = sorted(float((p - a.start) @ a.direction) for p in (b.start, b.end))
+    low, high = (a.length, along[0]) if along[0] > a.length / 2 else (along[1], 0.0)
+    if high - low > BRIDGE:
+        return False
+    if high - low < 0.03:
+        return True
+    gap = shapely.linestrings([a.start + a.direction * (low + 0.01), a.start + a.direction * (high - 0.01)])
+    return not obstacle.intersects(gap)
+
+
+def _union(a: Axis, b: Axis) -> Axis:
+    """One wall over both, on the line that their lengths weigh."""
+    same = a.direction @ b.direction > 0
+    along = [float((p - a.start) @ a.direction) for p in (b.start, b.end)]
+    off = float(((b.start + b.end) / 2 - a.start) @ a.normal) * b.length / (a.length + b.length)
+    low, high = min(0.0, *along), max(a.length, *along)
+    weight = b.length / (a.length + b.length)
+    return replace(
+        a, start=a.start + a.direction * low + a.normal * off, end=a.start + a.direction * high + a.normal * off,
+        thickness=a.thickness * (1 - weight) + b.thickness * weight,
+        left=a.left | (b.left if same else b.right), right=a.right | (b.right if same else b.left),
+    )
+
+
+def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
+    """Move each wall's ends onto the axes of the walls that they meet."""
+    joins: list[AxisJoin] = []
+    moved = list(axes)
+    for i, axis in enumerate(axes):
+        for at in ("start", "end"):
+            best = _nearest_crossing(i, at, axes)
+            if best is not None:
+                other, point, other_at = best
+                moved[i] = replace(moved[i], start=point) if at == "start" else replace(moved[i], end=point)
+                joins.append(AxisJoin(i, at, other, other_at))
+    keep = [i for i, a in enumerate(moved) if a.length > 0.1 and a.direction @ axes[i].direction > 0]
+    number = {old: new for new, old in enumerate(keep)}
+    return [moved[i] for i in keep], [
+        AxisJoin(number[j.one], j.at, number[j.other], j.other_at) for j in joins if j.one in number and j.other in number
+    ]
+
+
+def _nearest_crossing(i: int, at: str, axes: Sequence[Axis]) -> tuple[int, F64, str] | None:
+    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point, where on it), or None for a free end."""
+    own = axes[i]
+    end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
+    best: tuple[float, int, F64, str] | None = None
+    for j, other in enumerate(axes):
+        cross = float(outward @ other.normal)
+        if j == i or abs(cross) < 0.17:
+            continue
+        move = float((other.start - end) @ other.normal) / cross
+        slack = (other.thickness / 2 + 0.12) / abs(cross)
+        if not -min(slack, 0.8 * own.length) <= move <= slack:
+            continue
+        point = end + outward * move
+        along = float((point - other.start) @ other.direction)
+        room = own.thickness / 2 + 0.15
+        if not -room <= along <= other.length + room:
+            continue
+        where = "start" if along < room else "end" if along > other.length - room else "path"
+        if best is None or abs(move) < best[0]:
+            best = (abs(move), j, point, where)
+    return None if best is None else best[1:]
