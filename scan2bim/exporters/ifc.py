@@ -22,7 +22,7 @@ from scan2bim.model.elements import Building
 def export(building: Building, path: Path) -> tuple[str, ...]:
     """Writes the model as IFC4 ADD2 (metres, STEP) and gives in words what of it could not be written as it is.
 
-    The same model gives the same bytes.
+    The same model gives the same bytes. Raises OSError where the path cannot be written.
     """
     ifc = IfcFile()
     entity, contexts = project(ifc, building)
@@ -35,7 +35,7 @@ def export(building: Building, path: Path) -> tuple[str, ...]:
     draft.types.relate()
     ifc.drop_leftovers()
     header(ifc, building)
-    ifc.file.write(str(path))
+    path.write_bytes(ifc.file.to_string().encode("ascii"))  # the library's own writing is silent about a full disk
     return (*draft.notes, *_simplified(building))
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -195,6 +196,13 @@ def test_two_runs_write_the_same_bytes_whatever_the_hash_seed_and_the_place(tmp_
     environment = {**os.environ, "PYTHONHASHSEED": "77", "PYTHONPATH": str(Path(__file__).parents[1])}
     subprocess.run([sys.executable, "-c", code, str(tmp_path / "other name.ifc")], check=True, env=environment)
     assert (tmp_path / "a.ifc").read_bytes() == (tmp_path / "other name.ifc").read_bytes()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_full_disk_or_a_missing_folder_is_an_error(tmp_path):
+    for path in (Path("/dev/full"), tmp_path / "none" / "house.ifc"):
+        with pytest.raises(OSError, match=re.escape(os.strerror(28)) + "|" + re.escape(os.strerror(2))):
+            export(building(), path)
 
 
 def test_guids_are_those_of_the_model_and_unique(house):

@@ -6,7 +6,7 @@ import ifcopenshell.util.element as util
 import ifcopenshell.util.representation
 import numpy as np
 import pytest
-from buildings import building, opening, turned, wall
+from buildings import box, building, door, opening, space, turned, wall, window
 from ifc_help import entity, one_storey, points, volume, whole, written
 
 from scan2bim.exporters.ifc import export
@@ -149,3 +149,16 @@ def test_export_writes_to_the_very_path_given(tmp_path):
     path = tmp_path / ".hidden tmp.part"
     export(building(), path)
     assert path.read_bytes().startswith(b"ISO-10303-21;")
+
+
+def test_spaces_are_bounded_by_the_walls_and_fills_beside_them(tmp_path):
+    openings = (door("d", 1.0), window("w", 5.0))
+    host = wall("w", (0.0, 0.0), (8.0, 0.0), 0.2, 0.0, openings=openings)
+    host = host.model_copy(update={"left_spaces": ("space-a", "space-b"), "right_spaces": ("space-none",)})
+    spaces = (
+        space("a", "A", box(0.1, 0.1, 3.0, 3.0), 0.0, 8.41),
+        space("b", "B", box(3.2, 0.1, 7.9, 3.0), 0.0, 13.63),
+    )
+    file = written(one_storey(host, spaces=spaces), tmp_path)
+    pairs = {(b.RelatingSpace.Name, b.RelatedBuildingElement.Name) for b in file.by_type("IfcRelSpaceBoundary")}
+    assert pairs == {("A", "Wall w"), ("A", "Door d"), ("B", "Wall w"), ("B", "Window w")}
