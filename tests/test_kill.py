@@ -52,15 +52,15 @@ class Conversion:
 
     def files(self) -> dict[str, bytes]:
         """All files that a user sees."""
-        seen = [p for p in sorted(self.out.rglob("*")) if p.is_file() and ".scan2bim-work" not in str(p)]
-        return {p.relative_to(self.out).as_posix(): p.read_bytes() for p in seen}
+        names = (p.relative_to(self.out) for p in sorted(self.out.rglob("*")) if p.is_file())
+        return {n.as_posix(): (self.out / n).read_bytes() for n in names if not n.parts[0].startswith(".")}
 
     def wipe(self) -> None:
         shutil.rmtree(self.out, ignore_errors=True)
 
 
 def kill_and_compare(conversion: Conversion, kills: int, chance: random.Random) -> None:
-    """Kill at random moments of the run, each time going on with what the killed runs left; compare whenever one is done."""
+    """Kill at random moments of the run, going on each time with what was left; compare whenever a run gets done."""
     whole = conversion.finish()
     undisturbed = conversion.files()
     assert undisturbed
