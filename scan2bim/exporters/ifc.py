@@ -35,7 +35,7 @@ def export(building: Building, path: Path) -> tuple[str, ...]:
     draft.types.relate()
     ifc.drop_leftovers()
     header(ifc, building)
-    path.write_bytes(ifc.file.to_string().encode("ascii"))  # the library's own writing is silent about a full disk
+    path.write_bytes(ifc.file.to_string().encode("ascii"))  # the library would make folders and replace devices
     return (*draft.notes, *_simplified(building))
 
 
