@@ -62,6 +62,7 @@ HEAVY = [
 OPEN3D_HOME = "geometry/raycasting.py"
 
 
+@cache
 def sources() -> list[Path]:
     return sorted(PACKAGE.rglob("*.py"))
 
@@ -80,6 +81,11 @@ def is_type_checking(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
+@cache
+def module_names() -> frozenset[str]:
+    return frozenset(module_name(path) for path in sources())
+
+
 def import_nodes(node: ast.AST) -> list[ast.Import | ast.ImportFrom]:
     """All imports below ``node``, those for type checkers alone left out."""
     if isinstance(node, ast.Import | ast.ImportFrom):
@@ -89,10 +95,10 @@ def import_nodes(node: ast.AST) -> list[ast.Import | ast.ImportFrom]:
     ]
 
 
-def imported(path: Path) -> set[str]:
+@cache
+def imported(path: Path) -> frozenset[str]:
     """Names of the modules that a file imports, relative imports resolved."""
     names: set[str] = set()
-    known = {module_name(p) for p in sources()}
     package = module_name(path) if path.name == "__init__.py" else module_name(path).rpartition(".")[0]
     for node in import_nodes(tree(path)):
         if isinstance(node, ast.Import):
@@ -100,9 +106,9 @@ def imported(path: Path) -> set[str]:
             continue
         base = package.rsplit(".", node.level - 1)[0] + "." if node.level else ""
         origin = (base + (node.module or "")).rstrip(".")
-        inner = {f"{origin}.{alias.name}" for alias in node.names} & known
+        inner = {f"{origin}.{alias.name}" for alias in node.names} & module_names()
         names.update(inner or {origin})
-    return names
+    return frozenset(names)
 
 
 def layer(module: str) -> str | None:
