@@ -15,6 +15,8 @@ PASSAGE: Final[Rgb] = (118, 118, 118)
 WINDOW: Final[Rgb] = (46, 134, 222)
 COLUMN: Final[Rgb] = (90, 70, 60)
 GAP: Final[Rgb] = (230, 30, 40)
+SHARED: Final[Rgb] = (30, 150, 160)
+POINTS: Final[Rgb] = (0, 60, 140)
 SCANNER: Final[Rgb] = (200, 0, 140)
 DOORS: Final[dict[str, Rgb]] = {
     "open": (20, 150, 70),

@@ -23,14 +23,15 @@ if TYPE_CHECKING:
 
 GAP_TOLERANCE: Final = 0.1
 """Metres: a space's edge that is further from every wall and column counts as open."""
+SHARED_REACH: Final = 0.15
+"""Metres: an open edge this near to another space is where the two go over into each other."""
 _SHORTEST_GAP: Final = 0.05  # metres: shorter open edges are corners
-_PANEL: Final = (900.0, 760.0)  # pixels that the largest storey's plan may take
+_PANEL: Final = (1150.0, 950.0)  # pixels that the largest storey's plan may take
 _SCALES: Final = (8.0, 110.0)  # pixels a metre: the least that is legible, the most that is useful
-_MARGIN: Final = 36.0  # pixels round a plan
+_MARGIN: Final = 64.0  # pixels round a plan, for doors that open outwards and sizes
 _HEAD: Final = 78.0  # pixels for a storey's title
-_FOOT: Final = 50.0  # pixels for scale bar and legend
-_MIN_WIDTH: Final = 600.0  # pixels of a panel, for its title
-_LEGEND_WIDTH: Final = 1300.0  # pixels
+_LEGEND_ROW: Final = 26.0  # pixels
+_MIN_WIDTH: Final = 640.0  # pixels of a panel
 _IN_A_ROW: Final = 3  # storeys
 _LARGEST: Final = 4000.0  # pixels of a panel, however large the building
 _DEFAULT_HEIGHT: Final = 2.5  # metres of a storey whose height is not known, to tell its scanners
@@ -62,12 +63,8 @@ class _Extent:
     high: tuple[float, float]
 
     @property
-    def width(self) -> float:
-        return self.high[0] - self.low[0]
-
-    @property
-    def height(self) -> float:
-        return self.high[1] - self.low[1]
+    def size(self) -> tuple[float, float]:
+        return self.high[0] - self.low[0], self.high[1] - self.low[1]
 
 
 def draw_plan(storey: Storey, building: Building, *, background: PlanBackground | None = None) -> Image:
@@ -85,18 +82,45 @@ def building_sheet(building: Building) -> Sheet:
     return _sheet(building, building.storeys, None)
 
 
-def open_edges(storey: Storey) -> dict[str, tuple[Floats, ...]]:
-    """Per space (by id) the parts of its outline, each (n, 2) metres, along which no wall or column stands."""
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenEdges:
+    """The parts of spaces' outlines along which no wall or column stands: lines of (n, 2) metres.
+
+    shared: where another space goes on behind. leaks: where nothing does. leaking: ids of the spaces that these bound.
+    """
+
+    shared: tuple[Floats, ...]
+    leaks: tuple[Floats, ...]
+    leaking: tuple[str, ...]
+
+
+def find_open_edges(storey: Storey) -> OpenEdges:
+    """Where the storey's spaces are not closed by walls."""
     import shapely
 
     solid = [*wall_footprints(storey).values(), *(column.outline for column in storey.columns)]
     cover = shapely.buffer(shapely.union_all([_polygon(ring) for ring in solid]), GAP_TOLERANCE)
-    edges: dict[str, tuple[Floats, ...]] = {}
-    for space in storey.spaces:
-        parts = shapely.get_parts(shapely.difference(shapely.boundary(_polygon(space.outline, space.holes)), cover))
-        merged = shapely.get_parts(shapely.line_merge(shapely.union_all(parts)))
-        edges[space.id] = tuple(shapely.get_coordinates(part) for part in merged if part.length > _SHORTEST_GAP)
-    return edges
+    bodies = {space.id: _polygon(space.outline, space.holes) for space in storey.spaces}
+    shared: list[Floats] = []
+    leaks: list[Floats] = []
+    leaking: list[str] = []
+    for name, body in bodies.items():
+        others = shapely.union_all([other for key, other in bodies.items() if key != name])
+        near = shapely.buffer(others, SHARED_REACH)
+        gaps = shapely.difference(shapely.boundary(body), cover)
+        shared += _lines(shapely.intersection(gaps, near))
+        found = _lines(shapely.difference(gaps, near))
+        leaks += found
+        leaking += [name] if found else []
+    return OpenEdges(tuple(shared), tuple(leaks), tuple(leaking))
+
+
+def _lines(shape: shapely.Geometry) -> list[Floats]:
+    """The connected lines of a shape that are no mere corners."""
+    import shapely
+
+    parts = shapely.get_parts(shapely.line_merge(shapely.union_all(shapely.get_parts(shape))))
+    return [shapely.get_coordinates(part) for part in parts if shapely.length(part) > _SHORTEST_GAP]
 
 
 def _sheet(building: Building, storeys: Sequence[Storey], background: PlanBackground | None) -> Sheet:
@@ -104,19 +128,21 @@ def _sheet(building: Building, storeys: Sequence[Storey], background: PlanBackgr
     extents = [_extent(storey) for storey in storeys]
     scale = _scale(extents)
     columns = len(storeys) if len(storeys) <= _IN_A_ROW else math.ceil(math.sqrt(len(storeys)))
-    width = max([extent.width * scale + 2 * _MARGIN for extent in extents] + [_MIN_WIDTH])
-    height = max([extent.height * scale for extent in extents], default=100.0) + _HEAD + _MARGIN
+    captions = [_counts(storey, find_open_edges(storey)) for storey in storeys]
+    plans = [extent.size[0] * scale + 2 * _MARGIN for extent in extents]
+    width = max(plans + [_MIN_WIDTH] + [text_width(caption, 13) + 40 for caption in captions])
+    height = max([extent.size[1] * scale for extent in extents], default=100.0) + _HEAD + _MARGIN
     marks: list[Mark] = []
     for number, (storey, extent) in enumerate(zip(storeys, extents, strict=True)):
         left, top = width * (number % columns), height * (number // columns)
-        x0 = left + (width - extent.width * scale) / 2 - extent.low[0] * scale
+        x0 = left + (width - extent.size[0] * scale) / 2 - extent.low[0] * scale
         view = View(scale, x0, top + _HEAD + extent.high[1] * scale)
         marks += _storey_marks(view, storey, building, background)
-        marks += _title(left + 20, top, storey, building)
-    sheet_width = max(width * columns, _LEGEND_WIDTH)
-    bottom = height * math.ceil(len(storeys) / max(columns, 1))
-    marks += _legend(sheet_width, bottom, scale)
-    return Sheet(math.ceil(sheet_width), math.ceil(bottom + _FOOT), tuple(marks))
+        marks += _title(left + 20, top, storey, building, captions[number])
+    sheet_width = width * max(columns, 1)
+    legend = list(_legend(sheet_width, height * math.ceil(len(storeys) / max(columns, 1)), scale))
+    bottom = max(mark.y for mark in legend if isinstance(mark, Text))
+    return Sheet(math.ceil(sheet_width), math.ceil(bottom + _LEGEND_ROW), (*marks, *legend))
 
 
 def _extent(storey: Storey) -> _Extent:
@@ -130,8 +156,8 @@ def _extent(storey: Storey) -> _Extent:
 
 def _scale(extents: Sequence[_Extent]) -> float:
     """Pixels a metre at which the largest storey fits its panel."""
-    fit = min([min(_PANEL[0] / max(e.width, 0.1), _PANEL[1] / max(e.height, 0.1)) for e in extents], default=50.0)
-    largest = max([max(e.width, e.height) for e in extents], default=1.0)
+    fit = min([min(_PANEL[0] / max(e.size[0], 0.1), _PANEL[1] / max(e.size[1], 0.1)) for e in extents], default=50.0)
+    largest = max([max(e.size) for e in extents], default=1.0)
     legible = min(_SCALES[0], _LARGEST / max(largest, 0.1))
     return min(max(fit, legible), _SCALES[1])
 
@@ -144,8 +170,6 @@ def _polygon(outline: Ring, holes: Sequence[Ring] = ()) -> shapely.Geometry:
 
 def _storey_marks(view: View, storey: Storey, building: Building, background: PlanBackground | None) -> Iterator[Mark]:
     opacity = 1.0 if background is None else 0.4
-    if background is not None:
-        yield _slice_picture(view, background)
     for number, space in enumerate(storey.spaces):
         colour = palette.SPACES[number % len(palette.SPACES)]
         rings = tuple(view.page(ring) for ring in (space.outline, *space.holes))
@@ -155,12 +179,15 @@ def _storey_marks(view: View, storey: Storey, building: Building, background: Pl
     yield from _walls(view, storey, background is not None)
     for column in storey.columns:
         yield Shape((view.page(column.outline),), fill=palette.COLUMN, stroke=palette.INK, opacity=opacity)
+    if background is not None:
+        yield _slice_picture(view, _crop(background, _extent(storey), _MARGIN / 2 / view.scale))
     hosted = [(wall, opening) for wall in storey.walls for opening in wall.openings]
     for wall, opening in hosted:
         yield from draw_opening(view, wall, opening)
-    for edges in open_edges(storey).values():
-        for edge in edges:
-            yield line(view.page(edge), palette.GAP, 3, dash=7)
+    edges = find_open_edges(storey)
+    for group, colour in ((edges.shared, palette.SHARED), (edges.leaks, palette.GAP)):
+        for edge in group:
+            yield line(view.page(edge), colour, 3, dash=7)
     for position in _scanner_positions(storey, building):
         yield from draw_scanner(view, position)
     if view.scale >= _LABELLED:
@@ -184,7 +211,7 @@ def _walls(view: View, storey: Storey, see_through: bool) -> Iterator[Mark]:
                 rings = tuple(
                     view.page(shapely.get_coordinates(ring)[:-1]) for ring in (part.exterior, *part.interiors)
                 )
-                yield Shape(rings, fill=colour, opacity=0.45 if see_through else 1.0)
+                yield Shape(rings, fill=colour, opacity=0.3 if see_through else 1.0)
                 yield Shape(rings, stroke=colour if see_through else palette.INK, width=1)
 
 
@@ -194,49 +221,71 @@ def _scanner_positions(storey: Storey, building: Building) -> list[tuple[float, 
     return [scan.position for scan in building.scans if scan.position and low <= scan.position[2] <= high]
 
 
+def _crop(background: PlanBackground, extent: _Extent, margin: float) -> PlanBackground:
+    """The part of the background within the extent and a margin, metres."""
+    (x, y), pixel, counts = background.origin, background.pixel, background.counts
+    low = (extent.low[0] - margin - x, extent.low[1] - margin - y)
+    first = [max(0, math.floor(value / pixel)) for value in low]
+    last = [
+        max(0, math.ceil((value + size + 2 * margin) / pixel)) for value, size in zip(low, extent.size, strict=True)
+    ]
+    part = counts[first[1] : last[1], first[0] : last[0]]
+    return PlanBackground(part, (x + first[0] * pixel, y + first[1] * pixel), pixel)
+
+
 def _slice_picture(view: View, background: PlanBackground) -> Picture:
-    """Points dark on white, by the logarithm of their number."""
-    counts = np.log1p(np.maximum(background.counts, 0).astype(np.float64))[::-1]
-    full = np.percentile(counts[counts > 0], 95) if np.any(counts > 0) else 1.0
-    shade = np.clip(counts / full, 0, 1)[..., None]
-    shade = np.where(shade > 0, 0.25 + 0.75 * shade, 0)
-    pixels = np.round(255 + (np.array([0, 70, 130]) - 255) * shade).astype(np.uint8)
-    step = view.scale * background.pixel
-    top = background.origin[1] + len(counts) * background.pixel
-    (x, y), *_ = view.page([(background.origin[0], top)]).tolist()
+    """Points dark on white, by the logarithm of their number; pixels below the sheet's are joined to their darkest."""
+    join = max(1, math.ceil(1 / (view.scale * background.pixel)))
+    counts = _pool(np.maximum(background.counts, 0).astype(np.float64), join)[::-1]
+    seen = counts > 0
+    full = np.log1p(np.percentile(counts[seen], 95)) if np.any(seen) else 1.0
+    shade = np.where(seen, 0.3 + 0.7 * np.clip(np.log1p(counts) / full, 0, 1), 0.0)[..., None]
+    pixels = np.round(255 - (255 - np.array(palette.POINTS)) * shade).astype(np.uint8)
+    pixel = background.pixel * join
+    step = view.scale * pixel
+    x, y = view.page([(background.origin[0], background.origin[1] + len(counts) * pixel)])[0].tolist()
     return Picture(np.ascontiguousarray(pixels), np.array([[step, 0, x], [0, step, y]], np.float64))
+
+
+def _pool(counts: Floats, join: int) -> Floats:
+    """The greatest of each ``join`` by ``join`` pixels, from the first row and column on."""
+    rows, columns = (-size % join for size in counts.shape)
+    padded = np.pad(counts, ((0, rows), (0, columns)))
+    blocks = padded.reshape(padded.shape[0] // join, join, padded.shape[1] // join, join)
+    return blocks.max(axis=(1, 3))
 
 
 def _space_label(view: View, space: Space) -> Iterator[Mark]:
     """Name and area in the middle of the widest part, as large as fits, at least legible."""
     import shapely
 
-    polygon = _polygon(space.outline, space.holes)
-    if shapely.is_empty(polygon) or shapely.area(polygon) == 0:
+    parts = shapely.get_parts(_polygon(space.outline, space.holes)).tolist()
+    polygons = [part for part in parts if isinstance(part, shapely.Polygon) and part.area > 0]
+    if not polygons:
         return
-    circle = shapely.maximum_inscribed_circle(polygon)
+    circle = shapely.maximum_inscribed_circle(max(polygons, key=lambda part: part.area))
     x, y = view.page(shapely.get_coordinates(circle)[:1])[0].tolist()
     area = f"{space.area:.1f} m²"
-    room = 2 * circle.length * view.scale / max(text_width(space.name, 1.0), text_width(area, 1.0))
+    room = 2 * circle.length * view.scale / max(text_width(space.name, 1.1), text_width(area, 1.0))
     size = min(max(room, 9.0), 18.0)
     yield Text(x, y - 0.15 * size, space.name, size, palette.INK, "middle", bold=True, halo=True)
     yield Text(x, y + 1.0 * size, area, size * 0.9, palette.INK, "middle", halo=True)
 
 
-def _title(x: float, top: float, storey: Storey, building: Building) -> Iterator[Mark]:
+def _title(x: float, top: float, storey: Storey, building: Building, caption: str) -> Iterator[Mark]:
     height = f", height {storey.height.value:.2f} m" if storey.height is not None else ", height not known"
     yield Text(x, top + 28, f"{building.name} · {storey.name}", 19, palette.INK, bold=True)
     yield Text(x, top + 48, f"floor at {storey.elevation.value:+.2f} m{height}", 13, palette.FAINT)
-    yield Text(x, top + 66, _counts(storey), 13, palette.FAINT)
+    yield Text(x, top + 66, caption, 13, palette.FAINT)
 
 
-def _counts(storey: Storey) -> str:
+def _counts(storey: Storey, edges: OpenEdges) -> str:
     """What is in the storey, in one line."""
     openings: list[Opening] = [opening for wall in storey.walls for opening in wall.openings]
     states = Counter(opening.fill.state for opening in openings if isinstance(opening.fill, Door))
     windows = sum(isinstance(opening.fill, Window) for opening in openings)
     passages = sum(opening.fill is None for opening in openings)
-    gaps = sum(bool(edges) for edges in open_edges(storey).values())
+    gaps = len(edges.leaking)
     doors = ", ".join(f"{states[state]} {state}" for state in palette.DOORS if states[state])
     parts = [
         f"{_count(len(storey.spaces), 'space')}, {sum(space.area for space in storey.spaces):.1f} m²",
@@ -264,6 +313,8 @@ def _legend(width: float, top: float, scale: float) -> Iterator[Mark]:
     yield Text(28.0 + metres * scale, y, f"{metres:g} m", 13, palette.INK)
     x = 100.0 + metres * scale
     for words, colour, kind in _LEGEND:
+        if x + 40 + text_width(words, 12.5) > width:
+            x, y = 20.0, y + _LEGEND_ROW
         yield _swatch(x, y, colour, kind)
         yield Text(x + 22, y, words, 13, palette.INK)
         x += 46 + text_width(words, 12.5)
@@ -275,6 +326,7 @@ _LEGEND: Final = (
     *((f"door {state}", colour, "area") for state, colour in palette.DOORS.items()),
     ("window", palette.WINDOW, "area"),
     ("passage", palette.PASSAGE, "line"),
+    ("open to next space", palette.SHARED, "line"),
     ("not closed", palette.GAP, "line"),
     ("scanner", palette.SCANNER, "ring"),
 )

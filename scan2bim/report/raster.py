@@ -69,11 +69,14 @@ def _dashes(ring: Floats, shape: Shape) -> list[npt.NDArray[np.int32]]:
 
 
 def _draw_picture(image: Image, picture: Picture) -> None:
-    """Lay the picture under its matrix, nearest pixel, leaving white what it does not cover."""
+    """Multiply the sheet by the picture under its matrix, nearest pixel."""
+    if picture.pixels.size == 0:
+        return
     matrix = picture.matrix.copy()
     matrix[:, 2] += matrix[:, :2].sum(axis=1) / 2 - 0.5  # from pixel corners to pixel middles
-    size = (image.shape[1], image.shape[0])
-    cv2.warpAffine(picture.pixels, matrix, size, dst=image, flags=cv2.INTER_AREA, borderMode=cv2.BORDER_TRANSPARENT)
+    size, white = (image.shape[1], image.shape[0]), (255, 255, 255)
+    laid = cv2.warpAffine(picture.pixels, matrix, size, flags=cv2.INTER_NEAREST, borderValue=white)
+    cv2.multiply(image, laid, dst=image, scale=1 / 255)
 
 
 def _draw_text(image: Image, text: Text) -> None:

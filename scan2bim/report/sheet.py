@@ -49,7 +49,10 @@ class Text:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """A picture, (h, w, 3) sRGB, its pixels' rows down; matrix: (2, 3) from its pixel corners to the sheet's pixels."""
+    """A picture that darkens what is below it (white leaves it as it is): (h, w, 3) sRGB, rows down.
+
+    matrix: (2, 3) from its pixel corners to the sheet's pixels.
+    """
 
     pixels: Image
     matrix: Floats

@@ -58,13 +58,15 @@ def _text(text: Text) -> str:
 
 
 def _picture(picture: Picture) -> str:
+    if picture.pixels.size == 0:
+        return ""
     (a, c, e), (b, d, f) = picture.matrix.tolist()
     data = base64.b64encode(encode_png(picture.pixels)).decode("ascii")
     rows, columns = picture.pixels.shape[:2]
     matrix = " ".join(f"{value:.6g}" for value in (a, b, c, d, e, f))
     return (
         f'<image width="{columns}" height="{rows}" transform="matrix({matrix})" '
-        f'style="image-rendering: pixelated" href="data:image/png;base64,{data}"/>'
+        f'style="image-rendering: pixelated; mix-blend-mode: multiply" href="data:image/png;base64,{data}"/>'
     )
 
 
