@@ -20,7 +20,7 @@ JOB_MEMORY = 350e6
 """Bytes of one reading process: libraries, chunks and a panorama."""
 POINT_DISK = 13.0
 """Bytes in the work folder for each point."""
-SCAN_DISK = 8e6
+SCAN_DISK = 1e6
 """Bytes in the work folder for each scan's panorama."""
 SMALL = 5_000_000
 """Below so many points a second process costs more than it saves."""

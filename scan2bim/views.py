@@ -83,7 +83,9 @@ class TerminalView:
     def __init__(self, out: TextIO) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+        from rich.text import Text
 
+        self._text = Text
         self._console = Console(file=out, highlight=False)
         stage, left = TextColumn("{task.description:<10}"), TextColumn("{task.fields[left]}")
         self._bar = Progress(stage, BarColumn(), TaskProgressColumn(), left, console=self._console, transient=True)
@@ -97,7 +99,8 @@ class TerminalView:
             case Moved():
                 self._move(event)
             case _:
-                self._console.print(words(event), style=_style(event), markup=False, emoji=False, soft_wrap=True)
+                # As Text: brackets in file names are no markup, and the style does not colour the bar as well.
+                self._console.print(self._text(words(event), style=_style(event)), soft_wrap=True)
 
     def close(self) -> None:
         """Take the bar away and give the cursor back."""
@@ -114,7 +117,7 @@ class TerminalView:
             self._bar.update(self._task, completed=event.total, description=event.stage, left=left)
 
 
-def _style(event: Event) -> str | None:
+def _style(event: Event) -> str:
     match event:
         case Warn():
             return "yellow"
@@ -123,7 +126,7 @@ def _style(event: Event) -> str | None:
         case Done():
             return "dim"
         case _:
-            return None
+            return ""
 
 
 def make_view(mode: Mode, out: TextIO | None = None) -> View:
