@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from scan2bim.exporters.ifc_draft import Draft
 from scan2bim.exporters.ifc_file import Entity, Shared
 from scan2bim.exporters.ifc_shapes import axes, rectangle_through, representation
-
-if TYPE_CHECKING:
-    from scan2bim.exporters.ifc_fills import Form
+from scan2bim.model.colours import to_srgb
+from scan2bim.model.elements import Colour
 
 DOOR_OPERATIONS = (
     "SINGLE_SWING_LEFT", "SINGLE_SWING_RIGHT", "DOUBLE_DOOR_SINGLE_SWING",
@@ -41,6 +41,25 @@ LINING = 0.05
 
 PANE = 0.0101
 """Metres. The library's panes are 10 mm thick: what is not thicker is glass."""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What makes a type of door or window: whole millimetres, operation or partitioning, colour."""
+
+    kind: str
+    width: int
+    height: int
+    depth: int
+    leaf: int
+    use: str
+    colour: Colour
+
+    @property
+    def key(self) -> str:
+        """The same for the same form; colours count as they are shown."""
+        colour = "#{:02x}{:02x}{:02x}".format(*to_srgb(self.colour))
+        return f"{self.kind} {self.width}x{self.height}x{self.depth} leaf {self.leaf} {self.use} {colour}"
 
 
 def door_type(draft: Draft, form: Form) -> Shared:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from scan2bim.exporters.ifc_draft import Draft
 from scan2bim.exporters.ifc_file import Entity, Shared
-from scan2bim.exporters.ifc_fill_types import DOOR_OPERATIONS, WINDOW_PARTITIONINGS, door_type, window_type
+from scan2bim.exporters.ifc_fill_types import DOOR_OPERATIONS, WINDOW_PARTITIONINGS, Form, door_type, window_type
 from scan2bim.exporters.ifc_properties import Value, measure, text
 from scan2bim.exporters.ifc_shapes import axes, representation, shape
 from scan2bim.exporters.ifc_styles import FRAME
-from scan2bim.model.colours import colour_of, to_srgb
+from scan2bim.model.colours import colour_of
 from scan2bim.model.elements import Colour, Door, Opening, Wall, Window
 
 DEEPEST_FRAME = 0.25
@@ -23,25 +21,6 @@ LEAF = 0.04
 """Metres. A leaf's thickness where it was not measured."""
 
 _HANDED = ("NOTDEFINED", "SINGLE_SWING_LEFT", "SINGLE_SWING_RIGHT", "DOUBLE_SWING_LEFT", "DOUBLE_SWING_RIGHT")
-
-
-@dataclass(frozen=True, slots=True)
-class Form:
-    """What makes a type of door or window: whole millimetres, operation or partitioning, colour."""
-
-    kind: str
-    width: int
-    height: int
-    depth: int
-    leaf: int
-    use: str
-    colour: Colour
-
-    @property
-    def key(self) -> str:
-        """The same for the same form; colours count as they are shown."""
-        colour = "#{:02x}{:02x}{:02x}".format(*to_srgb(self.colour))
-        return f"{self.kind} {self.width}x{self.height}x{self.depth} leaf {self.leaf} {self.use} {colour}"
 
 
 def add_fill(draft: Draft, void: Entity, wall: Wall, opening: Opening, fill: Door | Window) -> Entity:

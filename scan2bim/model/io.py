@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from scan2bim.errors import DamagedFileError, InputError
 from scan2bim.model.elements import MODEL_VERSION, Building
+from scan2bim.model.queries import everything
 
 SCHEMA_FILE = f"building-{MODEL_VERSION}.schema.json"
 """The published schema's name in ``scan2bim/schemas``."""
@@ -116,7 +117,5 @@ def _check_ids(path: Path, building: Building) -> None:
 
 
 def _ids(building: Building) -> Iterator[str]:
-    from scan2bim.model.queries import everything
-
     for thing in everything(building):
         yield thing.id
