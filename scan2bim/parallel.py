@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import logging
 import multiprocessing
 import os
@@ -82,6 +83,18 @@ def _pool(jobs: int, context: BaseContext, arguments: tuple[Any, ...]) -> Genera
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+        _stop_server()
+
+
+def _stop_server() -> None:
+    """End the server that the processes were forked from and wait for it: its CPU time and theirs then count as ours.
+
+    Python offers this under a private name only; without it the server would end with this process, uncounted.
+    """
+    server = getattr(importlib.import_module("multiprocessing.forkserver"), "_forkserver", None)
+    stop = getattr(server, "_stop", None)
+    if stop is not None:
+        stop()
 
 
 def _outcome(future: Future[None], processes: Sequence[BaseProcess]) -> Exception | None:

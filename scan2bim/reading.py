@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import sys
 from collections.abc import Generator, Sequence
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from scan2bim.stages import ReadTask, run_read
 _log = logging.getLogger(__name__)
 
 PRELOAD = ("scan2bim.stages", "scan2bim.readers", "scan2bim.cloud.ingest")
-"""What every reading process needs."""
+"""What every reading process needs, beside the readers of the formats that were met."""
 
 
 def read_all(
@@ -28,7 +29,8 @@ def read_all(
     total = _Total([max(task.scan.header.points, 1) for task in tasks], progress)
     jobs = min(jobs, len(tasks))
     if jobs > 1:
-        ended = run_in_processes(run_read, tasks, jobs, total.tell, preload=PRELOAD, log=log)
+        readers = sorted(name for name in sys.modules if name.startswith("scan2bim.readers."))
+        ended = run_in_processes(run_read, tasks, jobs, total.tell, preload=(*PRELOAD, *readers), log=log)
     else:
         ended = _in_this_process(tasks, total)
     with contextlib.closing(ended):
