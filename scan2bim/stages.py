@@ -175,7 +175,7 @@ def run_openings(folders: Folders, folder: Path, settings: Settings, progress: P
 
 def run_model(name: str, scans: ScanSet, frame: SurveyFrame, folders: Folders) -> Building:
     """Assemble the building and note on it what was left out."""
-    from scan2bim.structure.assemble import assemble_building
+    from scan2bim.assemble import assemble_building
 
     headers = [scan.header for scan in scans.scans]
     building = assemble_building(name, headers, frame, folders.structure, folders.openings, folders.scans)

@@ -37,7 +37,8 @@ class Columns:
 
     ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied; ``high`` (m,) how many of
     those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64 mean unit direction in plan from the surface
-    to the stations that saw it, zero where no station is known; ``points`` (m,) number of scan points.
+    to the stations that saw it, zero where no station is known; ``points`` (m,) number of scan points; ``station`` (m,) of one of its
+    surfels; ``rgb`` (m, 3) mean colour.
     """
 
     pixel: NDArray[np.int64]
@@ -47,6 +48,8 @@ class Columns:
     low: NDArray[np.int64]
     view: F64
     points: NDArray[np.int64]
+    station: NDArray[np.uint16]
+    rgb: F64
 
     def __len__(self) -> int:
         return len(self.bins)
@@ -152,8 +155,8 @@ def _columns(
     new[1:] = (p[1:] != p[:-1]).any(1)
     first = np.flatnonzero(new)
     if len(first) == 0:
-        empty = np.zeros(0, np.int64)
-        return Columns(np.zeros((0, 2), np.int64), np.zeros((0, 2)), empty, empty, empty, np.zeros((0, 2)), empty)
+        none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
+        return Columns(pairs.astype(np.int64), pairs, none, none, none, pairs, none, none.astype(np.uint16), np.zeros((0, 3)))
     index = layers.order[at]
     bins = np.diff(np.append(first, len(at)))
     xyz = surfels.xyz[index].astype(np.float64)
@@ -166,7 +169,9 @@ def _columns(
     roof = roof_z[p[:, 1], p[:, 0]] - (xyz[:, 2] - level)
     high = np.add.reduceat((level > roof - HIGH).astype(np.int64), first)
     low = np.add.reduceat((level < 1.0).astype(np.int64), first)
-    return Columns(p[first], xy, bins, high, low, mean_view, np.add.reduceat(surfels.count[index].astype(np.int64), first))
+    points = np.add.reduceat(surfels.count[index].astype(np.int64), first)
+    rgb = np.add.reduceat(surfels.rgb[index].astype(np.float64), first) / bins[:, None]
+    return Columns(p[first], xy, bins, high, low, mean_view, points, surfels.station[index][first], rgb)
 
 
 def _roof_near(ceiling_z: F32) -> F32:

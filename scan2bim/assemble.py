@@ -1,0 +1,252 @@
+"""The model stage: what the earlier stages found becomes the semantic model, with names, ids and evidence in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon
+
+from scan2bim.cloud.frame import SurveyFrame
+from scan2bim.cloud.ingest import ScanSummary
+from scan2bim.cloud.scan import ScanHeader
+from scan2bim.model.elements import (
+    Building,
+    Covering,
+    Dimension,
+    Door,
+    Evidence,
+    Frame,
+    Join,
+    Opening,
+    ScanSource,
+    Slab,
+    Space,
+    Storey,
+    Wall,
+    Window,
+)
+from scan2bim.model.ids import distinct, stable_id
+from scan2bim.openings.shapes import OpeningShape, load_openings
+from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
+
+SLAB = 0.25
+"""Assumed thickness, metres, of a slab of which one side was seen."""
+CEILING = 0.02
+"""Assumed thickness, metres, of a ceiling covering: only its underside is ever seen."""
+
+
+def assemble_building(
+    name: str,
+    headers: Sequence[ScanHeader],
+    frame: SurveyFrame,
+    structure_folder: Path,
+    openings_folder: Path,
+    scan_folders: Sequence[Path],
+) -> Building:
+    """The semantic model. ``name`` is the building's for people; ids come from geometry and survive a rerun."""
+    structure = StructureShape.load(structure_folder / "structure.json")
+    openings = load_openings(openings_folder / "openings.json")
+    sources = _sources(headers, [ScanSummary.load(f) for f in scan_folders])
+    storeys = tuple(_storey(i, structure, openings, sources) for i in range(len(structure.storeys)))
+    return Building(
+        id=stable_id("building", name),
+        name=name,
+        frame=Frame(unit=frame.unit, up=frame.up, yaw=round(structure.yaw, 6), shift=frame.shift, crs=frame.crs),
+        scans=tuple(sources.values()),
+        storeys=storeys,
+        notes=(*frame.notes, *structure.notes),
+    )
+
+
+def _sources(headers: Sequence[ScanHeader], summaries: Sequence[ScanSummary]) -> dict[int, ScanSource]:
+    """Scan sources by station number."""
+    ids = distinct(stable_id("scan", h.path.name, h.index) for h in headers)
+    return {
+        s.station: ScanSource(id=i, name=s.name, file=h.path.name, points=s.points, position=s.position)
+        for i, h, s in zip(ids, headers, summaries, strict=True)
+    }
+
+
+def _storey(
+    number: int, structure: StructureShape, openings: Sequence[OpeningShape], sources: dict[int, ScanSource]
+) -> Storey:
+    shape = structure.storeys[number]
+    space_ids = distinct(stable_id("space", number, _middle(s)) for s in shape.spaces)
+    wall_ids = distinct(stable_id("wall", number, *sorted((w.start, w.end))) for w in shape.walls)
+    mine = [o for o in openings if o.storey == number]
+    walls = tuple(
+        _wall(i, wall_ids, space_ids, wall, [o for o in mine if o.wall == i], number, sources) for i, wall in enumerate(shape.walls)
+    )
+    return Storey(
+        id=stable_id("storey", number, round(shape.floor, 1)),
+        name=f"Storey {number}",
+        elevation=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)),
+        height=_height(shape),
+        walls=walls,
+        spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
+        slabs=_slabs(number, structure),
+        coverings=tuple(_covering(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None),
+    )
+
+
+def _height(shape: StoreyShape) -> Dimension | None:
+    if shape.ceiling is None:
+        return None
+    return Dimension(value=round(shape.ceiling - shape.floor, 4), source="measured", sigma=round(max(shape.sigma, 0.003), 4))
+
+
+def _middle(space: SpaceShape) -> tuple[float, float]:
+    point = space.polygon.representative_point()
+    return point.x, point.y
+
+
+def _space(index: int, identifier: str, shape: SpaceShape, storey: StoreyShape, number: int) -> Space:
+    seen = shape.ceiling is not None
+    height = (shape.ceiling if shape.ceiling is not None else storey.ceiling or storey.top) - shape.floor
+    area = shape.polygon.area
+    return Space(
+        id=identifier,
+        name=f"{number}.{index + 1:02d}",
+        confidence=round(min(0.98, 0.5 + 0.45 * max(shape.floor_share, shape.ceiling_share)), 3),
+        evidence=Evidence(
+            coverage=shape.ceiling_share,
+            sentence=f"floor seen on {shape.floor_share:.0%} and ceiling on {shape.ceiling_share:.0%} of the area",
+        ),
+        outline=shape.outline,
+        holes=shape.holes,
+        base=shape.floor,
+        height=Dimension(value=round(max(height, 0.5), 4), source="measured" if seen else "assumed", sigma=0.005 if seen else None),
+        area=round(area, 4),
+        volume=round(area * max(height, 0.5), 4),
+    )
+
+
+def _covering(space_id: str, shape: SpaceShape, number: int, index: int) -> Covering:
+    under = shape.ceiling if shape.ceiling is not None else 0.0
+    return Covering(
+        id=stable_id("covering", space_id),
+        name=f"Ceiling {number}.{index + 1:02d}",
+        confidence=round(min(0.98, 0.5 + 0.48 * shape.ceiling_share), 3),
+        evidence=Evidence(coverage=shape.ceiling_share, sentence=f"underside seen on {shape.ceiling_share:.0%} of the area"),
+        outline=shape.outline,
+        holes=shape.holes,
+        top=Dimension(value=round(under + CEILING, 4), source="measured", sigma=0.003),
+        thickness=Dimension(value=CEILING, source="assumed"),
+    )
+
+
+def _slabs(number: int, structure: StructureShape) -> tuple[Slab, ...]:
+    """Floor slab of a storey under its spaces and walls; its thickness is measured where the ceiling below was seen."""
+    shape = structure.storeys[number]
+    parts = [s.polygon.buffer(0.02, join_style="mitre") for s in shape.spaces] + [_footprint(w) for w in shape.walls]
+    if not parts:
+        return ()
+    plate = shapely.union_all(parts).buffer(0.05, join_style="mitre").buffer(-0.05, join_style="mitre")
+    below = structure.storeys[number - 1].ceiling if number > 0 else None
+    gap = None if below is None else shape.floor - below
+    thickness = (
+        Dimension(value=round(gap, 4), source="measured", sigma=0.005) if gap is not None and 0.08 <= gap <= 0.8 else Dimension(value=SLAB, source="assumed")
+    )
+    seen = float(np.average([s.floor_share for s in shape.spaces], weights=[s.polygon.area for s in shape.spaces])) if shape.spaces else 0.0
+    pieces = [p for p in shapely.get_parts(plate) if isinstance(p, Polygon) and p.area > 0.5]
+    ids = distinct(stable_id("slab", number, *p.representative_point().coords[0]) for p in pieces)
+    return tuple(
+        Slab(
+            id=i, name=f"Floor slab {number}.{k + 1}", confidence=round(min(0.97, 0.5 + 0.45 * seen), 3),
+            evidence=Evidence(coverage=round(seen, 3), sentence=f"upper side seen on {seen:.0%} of the spaces' area"),
+            outline=ring_of(shapely.get_coordinates(shapely.orient_polygons(p).exterior)),
+            holes=tuple(ring_of(shapely.get_coordinates(r)) for r in shapely.orient_polygons(p).interiors if Polygon(r).area > 0.3),
+            top=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)), thickness=thickness,
+            use="BASESLAB" if number == 0 else "FLOOR",
+        )
+        for k, (i, p) in enumerate(zip(ids, pieces, strict=True))
+    )
+
+
+def _footprint(wall: WallShape) -> Polygon:
+    line = shapely.LineString([wall.start, wall.end])
+    return shapely.buffer(line, wall.thickness / 2, cap_style="square")
+
+
+def _wall(
+    index: int, ids: Sequence[str], space_ids: Sequence[str], shape: WallShape, openings: Sequence[OpeningShape], number: int,
+    sources: dict[int, ScanSource],
+) -> Wall:
+    measured = shape.thickness_sigma is not None
+    faces = "both faces" if measured else "one face"
+    return Wall(
+        id=ids[index],
+        name=f"Wall {number}.{index + 1:02d}",
+        confidence=round(_wall_confidence(shape), 3),
+        evidence=Evidence(
+            points=shape.points, rms=shape.rms, coverage=shape.coverage, faces_seen=shape.faces, scans=_seen_by(shape.stations, sources),
+            sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, RMS {shape.rms * 1000:.0f} mm"
+            + ("" if measured else "; thickness assumed"),
+        ),
+        colour=_linear(shape.colour),
+        start=shape.start,
+        end=shape.end,
+        thickness=Dimension(value=shape.thickness, source="measured" if measured else "assumed", sigma=shape.thickness_sigma),
+        base=shape.base,
+        height=Dimension(
+            value=round(max(shape.top - shape.base, 0.3), 4), source="measured" if shape.top_seen else "assumed", sigma=0.005 if shape.top_seen else None
+        ),
+        external=None if measured else True,
+        left_spaces=tuple(space_ids[s] for s in shape.left),
+        right_spaces=tuple(space_ids[s] for s in shape.right),
+        joins=tuple(Join.model_validate({"wall": ids[j.other], "at": j.at, "other_at": j.other_at, "kind": j.kind}) for j in shape.joins),
+        openings=tuple(_opening(ids[index], o, k, index, number, sources) for k, o in enumerate(openings)),
+    )
+
+
+def _wall_confidence(shape: WallShape) -> float:
+    base = 0.45 + 0.45 * shape.coverage + (0.08 if shape.faces == 2 else 0.0)
+    return min(0.98, max(0.1, base - 4 * max(0.0, shape.rms - 0.01)))
+
+
+def _seen_by(stations: Sequence[int], sources: dict[int, ScanSource]) -> tuple[str, ...]:
+    return tuple(sources[s].id for s in stations if s in sources)
+
+
+def _linear(rgb: tuple[int, int, int]) -> tuple[float, float, float]:
+    """8-bit sRGB to linear 0-1."""
+    c = np.array(rgb) / 255.0
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    return (round(float(linear[0]), 4), round(float(linear[1]), 4), round(float(linear[2]), 4))
+
+
+def _opening(
+    wall_id: str, shape: OpeningShape, index: int, wall: int, number: int, sources: dict[int, ScanSource]
+) -> Opening:
+    place = f"{number}.{wall + 1:02d}.{index + 1}"
+    identifier = stable_id("opening", wall_id, shape.offset + shape.width / 2, shape.sill + shape.height / 2)
+    evidence = Evidence(
+        points=shape.points, coverage=shape.looked_through, scans=_seen_by(shape.stations, sources), sentence=_sentence(shape)
+    )
+    return Opening(
+        id=identifier, name=f"Opening {place}", confidence=shape.confidence, evidence=evidence,
+        offset=_length(shape.offset, shape.width_sigma), sill=_length(shape.sill, shape.height_sigma),
+        width=_length(shape.width, shape.width_sigma), height=_length(shape.height, shape.height_sigma),
+        fill=_fill(identifier, shape, place, evidence),
+    )
+
+
+def _length(value: float, sigma: float | None) -> Dimension:
+    return Dimension(value=round(value, 4), source="assumed" if sigma is None else "measured", sigma=sigma)
+
+
+def _fill(opening_id: str, shape: OpeningShape, place: str, evidence: Evidence) -> Door | Window | None:
+    common = {"id": stable_id(shape.kind, opening_id), "confidence": shape.confidence, "evidence": evidence}
+    if shape.kind == "door":
+        return Door.model_validate(common | {"name": f"Door {place}", "state": shape.state})
+    return Window.model_validate(common | {"name": f"Window {place}"}) if shape.kind == "window" else None
+
+
+def _sentence(shape: OpeningShape) -> str:
+    parts = [f"looked through on {shape.looked_through:.0%} of its area by {len(shape.stations)} scans"]
+    parts.append({0: "no jamb seen", 1: "one jamb seen", 2: "both jambs seen"}[shape.jambs])
+    parts.append("lintel seen" if shape.lintel else "no lintel seen")
+    return ", ".join(parts)

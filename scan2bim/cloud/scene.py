@@ -1,0 +1,40 @@
+"""What the read and surfel stages left of a set of scans, as later stages use it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.ingest import ScanSummary
+from scan2bim.cloud.panorama import Panorama, agreement
+from scan2bim.cloud.surfels import Surfels
+
+TRUST = 0.5
+"""Share of its neighbourhood that must agree with a surfel: half, as for the edge of a surface."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """Trusted surfels; ``panoramas`` by station number; ``stations`` (s, 3) positions by station number, nan where unknown."""
+
+    surfels: Surfels
+    panoramas: dict[int, Panorama]
+    stations: NDArray[np.float64]
+
+
+def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
+    """Read surfels and panoramas, and drop surfels that their own station's surroundings do not bear out."""
+    summaries = [ScanSummary.load(f) for f in scan_folders]
+    stations = np.full((max((s.station for s in summaries), default=-1) + 1, 3), np.nan)
+    panoramas: dict[int, Panorama] = {}
+    for summary, folder in zip(summaries, scan_folders, strict=True):
+        if summary.position is not None:
+            stations[summary.station] = summary.position
+            panoramas[summary.station] = Panorama.load(folder / "panorama.npz")
+    surfels = Surfels.load(surfel_folder)
+    trusted = agreement(surfels.xyz, surfels.station, panoramas) >= TRUST
+    return Scene(surfels.pick(trusted), panoramas, stations)

@@ -1,0 +1,142 @@
+"""Open doors, passages and windows: rectangles in a wall that stations looked through (the paper's section IV).
+
+Centroids are clustered by region growing; a cluster's rectangle comes from lateral histograms, and its sides are then moved to the
+reveals, the surfaces inside the wall's thickness, which are good to millimetres.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.shapes import OpeningShape
+from scan2bim.openings.wall_image import PIXEL, WallImage
+from scan2bim.structure.shapes import WallShape
+
+SMALLEST_AREA = 0.15
+"""Square metres: hatches and roof lights are larger, holes in the sampling are smaller."""
+NARROWEST, WIDEST_DOOR = 0.45, 2.6
+"""Clear widths of doors, metres (trade: single 0.5 to 1.5, double to 2.5)."""
+LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.15
+"""A door's head lies at least this high over the floor, its sill at most this high, metres."""
+REVEAL = 0.14
+"""How far from the rough edge, metres, a reveal is looked for: a frame's width and two pixels."""
+SHARE = 0.5
+"""Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
+F64 = NDArray[np.float64]
+
+
+def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
+    """Openings of one wall that were looked through."""
+    mask = cv2.morphologyEx(image.opening.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((4, 4), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    found: list[OpeningShape] = []
+    for label in range(1, count):
+        if stats[label, cv2.CC_STAT_AREA] * PIXEL * PIXEL < SMALLEST_AREA:
+            continue
+        box = _rectangle(labels == label)
+        opening = None if box is None else _refined(storey, number, wall, image, box)
+        if opening is not None:
+            found.append(opening)
+    return found
+
+
+def _rectangle(region: NDArray[np.bool_]) -> tuple[float, float, float, float] | None:
+    """Left, right, bottom, top (metres) of a cluster by its lateral histograms; None if it fills its rectangle badly."""
+    columns, rows = region.sum(0), region.sum(1)
+    left, right = _span(columns, SHARE * float(np.percentile(columns[columns > 0], 90)))
+    bottom, top = _span(rows, SHARE * float(np.percentile(rows[rows > 0], 90)))
+    inner = region[bottom:top, left:right]
+    if inner.size == 0 or inner.mean() < 0.4:
+        return None
+    return left * PIXEL, right * PIXEL, bottom * PIXEL, top * PIXEL
+
+
+def _span(histogram: NDArray[np.int64], least: float) -> tuple[int, int]:
+    at = np.flatnonzero(histogram >= least)
+    return (int(at[0]), int(at[-1]) + 1) if len(at) else (0, 0)
+
+
+def _refined(
+    storey: int, number: int, wall: WallShape, image: WallImage, box: tuple[float, float, float, float]
+) -> OpeningShape | None:
+    """Sides moved to the reveals, then told apart: door, window or passage."""
+    left, right, bottom, top = box
+    along, up = image.inner[:, 0], image.inner[:, 1]
+    tall = (up > bottom + 0.1) & (up < top - 0.1)
+    wide = (along > left + 0.1) & (along < right - 0.1)
+    left, left_points = _edge(along[tall], image.inner_points[tall], left, 1.0)
+    right, right_points = _edge(along[tall], image.inner_points[tall], right, -1.0)
+    top, head_points = _edge(up[wide], image.inner_points[wide], top, -1.0)
+    if bottom < HIGHEST_SILL:
+        bottom = 0.0
+    else:
+        bottom, _ = _edge(up[wide], image.inner_points[wide], bottom, 1.0)
+    height_of_wall = wall.top - wall.base
+    top = min(top, height_of_wall)
+    width, height = right - left, top - bottom
+    if width < NARROWEST - 0.1 or height < 0.3:
+        return None
+    lintel = _wall_above(image, left, right, top)
+    kind = _kind(wall, image, left, right, bottom, top, lintel)
+    inside = _part(image.opening, left, right, bottom, top)
+    share = float(inside.mean()) if inside.size else 0.0
+    jambs = int(left_points > 0) + int(right_points > 0)
+    return OpeningShape(
+        storey, number, kind, "open" if kind == "door" else "unknown",
+        round(left, 4), round(bottom, 4), round(width, 4), round(height, 4),
+        0.005 if jambs == 2 else PIXEL / 2, 0.005 if head_points else PIXEL / 2, round(share, 3), jambs, lintel,
+        left_points + right_points + head_points,
+        tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, left, right, bottom, top).any())),
+        round(_confidence(kind, share, jambs, lintel), 3),
+    )
+
+
+def _edge(place: F64, points: NDArray[np.int64], rough: float, inward: float) -> tuple[float, int]:
+    """The reveal nearest to a rough edge: median place of the most crowded 2 cm within reach, and its points; the rough edge if none."""
+    near = np.abs(place - rough) < REVEAL
+    if near.sum() < 4:
+        return rough, 0
+    values, weights = place[near], points[near]
+    steps = np.floor((values - rough + REVEAL) / 0.01).astype(int)
+    counts = np.convolve(np.bincount(steps, minlength=int(2 * REVEAL / 0.01) + 1), np.ones(3), mode="same")
+    strong = np.flatnonzero(counts >= 0.5 * counts.max())
+    best = strong[-1] if inward > 0 else strong[0]
+    close = np.abs(values - (rough - REVEAL + (best + 0.5) * 0.01)) < 0.02
+    if close.sum() < 4:
+        return rough, 0
+    return float(np.median(values[close])), int(weights[close].sum())
+
+
+def _part(mask: NDArray[np.bool_], left: float, right: float, bottom: float, top: float) -> NDArray[np.bool_]:
+    rows = slice(max(0, round(bottom / PIXEL)), max(0, round(top / PIXEL)))
+    return mask[rows, max(0, round(left / PIXEL)) : max(0, round(right / PIXEL))]
+
+
+def _wall_above(image: WallImage, left: float, right: float, top: float) -> bool:
+    """Whether the wall's face was seen above the opening."""
+    above = _part(image.data, left, right, top + PIXEL, top + 0.4)
+    return bool(above.size and above.mean() > 0.3)
+
+
+def _kind(wall: WallShape, image: WallImage, left: float, right: float, bottom: float, top: float, lintel: bool) -> str:
+    if bottom > HIGHEST_SILL:
+        return "window"
+    outer = not (wall.left and wall.right)
+    if top < LOWEST_HEAD:
+        return "window" if outer else "passage"
+    if outer and _glazed(image, left, right, bottom, top):
+        return "window" if right - left > 1.3 else "door"
+    return "door" if lintel and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
+
+
+def _glazed(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
+    """Whether stations that looked through also saw something in the opening's area: panes return some pulses."""
+    through, saw = (_part(m > 0, left, right, bottom, top) for m in (image.through, image.saw))
+    return bool(through.size and (through & saw).mean() > 0.05)
+
+
+def _confidence(kind: str, share: float, jambs: int, lintel: bool) -> float:
+    return min(0.97, 0.35 + 0.35 * share + 0.1 * jambs + (0.1 if lintel else 0.0) - (0.05 if kind == "passage" else 0.0))

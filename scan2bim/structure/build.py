@@ -1,0 +1,129 @@
+"""The structure stage: storeys, wall faces, spaces and walls, from the merged surfels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+from scan2bim.cloud.scene import Scene, load_scene
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.config import StructureSettings
+from scan2bim.structure.cells import find_spaces
+from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
+from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
+from scan2bim.structure.walls import Axis, AxisJoin, find_walls
+
+F64 = NDArray[np.float64]
+
+
+def find_structure(
+    surfel_folder: Path, scan_folders: Sequence[Path], folder: Path, settings: StructureSettings, progress: Callable[[float], None]
+) -> None:
+    """Find the building's structure and write it to ``folder``/structure.json."""
+    scene = load_scene(surfel_folder, scan_folders)
+    progress(0.1)
+    structure = structure_of(scene, settings, progress)
+    structure.save(folder / "structure.json")
+
+
+def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[float], None]) -> StructureShape:
+    """Storeys, each with its spaces and walls."""
+    layers = layers_of(scene.surfels)
+    levels = find_storeys(scene.surfels, layers, settings)
+    storeys: list[StoreyShape] = []
+    faces: list[Face] = []
+    for number, level in enumerate(levels):
+        plan = plan_of(level, scene.surfels, layers, scene.stations)
+        found = find_faces(plan)
+        storeys.append(_storey(plan, found, scene))
+        faces += found
+        progress(0.1 + 0.9 * (number + 1) / len(levels))
+    return StructureShape(tuple(storeys), main_direction(faces), _notes(levels, storeys, scene))
+
+
+def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene: Scene) -> tuple[str, ...]:
+    notes: list[str] = []
+    if not levels:
+        notes.append("No floor was found: no surface of 3 m2 or more with room to stand above it. The model has no storey.")
+    if not scene.panoramas:
+        notes.append("No scanner positions are known: what was looked through cannot be told from what was never seen.")
+    for number, (level, storey) in enumerate(zip(levels, storeys, strict=True)):
+        if level.ceiling is None:
+            notes.append(f"Storey {number}: no ceiling was seen; heights end where the scan ends.")
+        if not storey.spaces:
+            notes.append(f"Storey {number}: its floor was seen but no space closes round it.")
+    return tuple(notes)
+
+
+def _storey(plan: Plan, faces: Sequence[Face], scene: Scene) -> StoreyShape:
+    polygons = find_spaces(plan, faces, list(scene.panoramas.values()))
+    spaces = tuple(_space(p, plan) for p in polygons)
+    axes, joins = find_walls(polygons)
+    walls = tuple(_wall(number, axis, joins, plan, spaces) for number, axis in enumerate(axes))
+    level = plan.levels
+    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, spaces, walls)
+
+
+def _space(polygon: Polygon, plan: Plan) -> SpaceShape:
+    inside = _pixels(polygon, plan)
+    heights = plan.ceiling_z[inside]
+    heights = heights[np.isfinite(heights)]
+    return SpaceShape(
+        ring_of(shapely.get_coordinates(polygon.exterior)),
+        tuple(ring_of(shapely.get_coordinates(r)) for r in polygon.interiors),
+        round(plan.levels.floor, 4),
+        round(float(np.median(heights)), 4) if len(heights) > 20 else None,
+        round(float(plan.floor[inside].mean()), 3) if inside.any() else 0.0,
+        round(float(plan.ceiling[inside].mean()), 3) if inside.any() else 0.0,
+    )
+
+
+def _pixels(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
+    """Mask of the plan's pixels inside a polygon, holes left out."""
+    mask = np.zeros(plan.floor.shape, np.uint8)
+    for value, rings in ((1, [polygon.exterior]), (0, list(polygon.interiors))):
+        for ring in rings:
+            corners = (shapely.get_coordinates(ring) - plan.origin) / PLAN * 16
+            cv2.fillPoly(mask, [np.rint(corners).astype(np.int32)], value, shift=4)
+    return mask > 0
+
+
+def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces: Sequence[SpaceShape]) -> WallShape:
+    beside = [spaces[s] for s in (*axis.left, *axis.right)]
+    ceilings = [s.ceiling for s in beside if s.ceiling is not None]
+    top = max(ceilings, default=plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top)
+    at, along, distance = _columns_on(axis, plan)
+    columns = plan.columns
+    rms = float(np.sqrt(np.average(distance**2, weights=columns.bins[at]))) if len(at) else BAND
+    seen = len(np.unique(np.floor(along / PLAN))) * PLAN / max(axis.length, PLAN) if len(at) else 0.0
+    colour = np.median(columns.rgb[at], axis=0) if len(at) else np.full(3, 200.0)
+    stations = np.unique(columns.station[at])
+    start, end = ring_of([axis.start, axis.end])
+    return WallShape(
+        start, end, round(axis.thickness, 4), round(max(0.001, rms), 4) if axis.measured else None,
+        round(plan.levels.floor, 4), round(top, 4), bool(ceilings), tuple(sorted(axis.left)), tuple(sorted(axis.right)),
+        round(rms, 4), int(columns.points[at].sum()), round(min(1.0, seen / (2.0 if axis.measured else 1.0)), 3),
+        2 if axis.measured else 1, tuple(int(s) for s in stations), (int(colour[0]), int(colour[1]), int(colour[2])),
+        tuple(JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number),
+    )
+
+
+def _columns_on(axis: Axis, plan: Plan) -> tuple[NDArray[np.int64], F64, F64]:
+    """Columns on the wall's faces: their numbers, place along it (the second face beyond the first), distance to the face."""
+    offset = plan.columns.xy - axis.start
+    along, across = offset @ axis.direction, offset @ axis.normal
+    parts: list[tuple[NDArray[np.int64], F64, F64]] = []
+    for shift, side, spaces in ((0.0, 1.0, axis.left), (axis.length + 1.0, -1.0, axis.right)):
+        distance = across - side * axis.thickness / 2
+        on = np.flatnonzero((np.abs(distance) < BAND) & (along > 0) & (along < axis.length))
+        if spaces:
+            parts.append((on, along[on] + shift, distance[on]))
+    return (np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), np.concatenate([p[2] for p in parts]))
