@@ -1,0 +1,82 @@
+"""The whole way on the sample flat: what ``./run demo`` promises."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import ifcopenshell
+import numpy as np
+import pytest
+import shapely
+from pxr import Usd
+
+import scan2bim
+
+FLAT = Path(scan2bim.__file__).parent.parent / "samples" / "flat"
+NAMES = ("flat.ifc", "flat.usdz", "flat.json", "flat.png", "flat.svg")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The folder with the outputs, and what the command said on stdout."""
+    folder = tmp_path_factory.mktemp("flat")
+    outputs = [argument for name in NAMES for argument in ("-o", str(folder / name))]
+    arguments = ["convert", str(FLAT), *outputs]
+    code = f"import sys; from scan2bim.cli import main; sys.exit(main({arguments!r}))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return folder, result.stdout
+
+
+@pytest.fixture(scope="module")
+def storey(run: tuple[Path, str]) -> dict[str, Any]:
+    return json.loads((run[0] / "flat.json").read_text(encoding="utf-8"))["storeys"][0]
+
+
+@pytest.fixture(scope="module")
+def truth() -> dict[str, Any]:
+    return json.loads((FLAT / "truth.json").read_text(encoding="utf-8"))
+
+
+def test_all_outputs_appear_and_are_named_on_stdout(run: tuple[Path, str]) -> None:
+    folder, said = run
+    for name in NAMES:
+        assert (folder / name).stat().st_size > 1000
+        assert name in said
+
+
+def test_the_storey_lies_where_truth_has_it(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    assert storey["elevation"]["value"] == pytest.approx(truth["storeys"][0]["elevation"], abs=0.01)
+    assert storey["height"]["value"] == pytest.approx(truth["storeys"][0]["height"], abs=0.01)
+
+
+def test_every_room_is_found_with_its_outline(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    found = [shapely.Polygon(space["outline"], space["holes"]) for space in storey["spaces"]]
+    assert len(found) == len(truth["spaces"])
+    for space in truth["spaces"]:
+        true = shapely.Polygon(space["outline"], space["holes"])
+        best = max(found, key=lambda other: other.intersection(true).area)
+        assert best.intersection(true).area / best.union(true).area > 0.95, space["name"]
+
+
+def test_inner_walls_have_their_true_thickness(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    measured = [w for w in storey["walls"] if w["thickness"]["source"] == "measured"]
+    assert len(measured) >= 5
+    for wall in measured:
+        middle = (np.array(wall["start"]) + np.array(wall["end"])) / 2
+        true = min(
+            truth["walls"], key=lambda t: shapely.LineString([t["start"], t["end"]]).distance(shapely.Point(middle))
+        )
+        assert wall["thickness"]["value"] == pytest.approx(true["thickness"], abs=0.015), true["name"]
+
+
+def test_ifc_and_usd_hold_the_same_rooms(run: tuple[Path, str], storey: dict[str, Any]) -> None:
+    folder, _ = run
+    file = ifcopenshell.open(str(folder / "flat.ifc"))
+    assert len(file.by_type("IfcSpace")) == len(storey["spaces"])
+    assert len(file.by_type("IfcOpeningElement")) == sum(len(wall["openings"]) for wall in storey["walls"])
+    assert Usd.Stage.Open(str(folder / "flat.usdz")).GetDefaultPrim().IsValid()
