@@ -83,34 +83,46 @@ def read_logical(file: BinaryIO, offset: int, length: int) -> bytes:
 
 def _check_xml(path: Path, xml: bytes) -> list[tuple[int, int]]:
     """(file offset, record count) of each compressed vector of points."""
-    vectors: list[tuple[int, int]] = []
-    depth = 0
-
-    def start(name: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > _DEEPEST:
-            raise DamagedFileError(path, f"damaged E57 file: XML nested deeper than {_DEEPEST}.", _AGAIN)
-        if attributes.get("type") == "CompressedVector" and name == "points":
-            vectors.append((_whole(attributes, "fileOffset"), _whole(attributes, "recordCount")))
-
-    def end(_: str) -> None:
-        nonlocal depth
-        depth -= 1
-
-    def doctype(*_: object) -> None:
-        raise DamagedFileError(
-            path, "damaged E57 file: its XML holds a document type, which the standard forbids.", _AGAIN
-        )
-
+    watch = _XmlWatch(path)
     parser = expat.ParserCreate()
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.StartDoctypeDeclHandler = doctype
+    parser.StartElementHandler, parser.EndElementHandler = watch.start, watch.end
+    parser.StartDoctypeDeclHandler = watch.doctype
     try:
         parser.Parse(xml, True)
     except expat.ExpatError as error:
         raise DamagedFileError(path, f"damaged E57 file: its XML part cannot be parsed: {error}.", _AGAIN) from error
-    return vectors
+    return watch.vectors
+
+
+class _XmlWatch:
+    """Follows the XML part, collects the compressed vectors, refuses what libE57 would crash on."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.vectors: list[tuple[int, int]] = []
+        self.open: list[tuple[str, str]] = []
+        self.prototypes = 0
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        parent = self.open[-1] if self.open else ("", "")
+        kind = attributes.get("type", "")
+        self.open.append((name, kind))
+        if len(self.open) > _DEEPEST:
+            raise DamagedFileError(self.path, f"damaged E57 file: XML nested deeper than {_DEEPEST}.", _AGAIN)
+        if kind == "CompressedVector":
+            self.prototypes = 0
+            if name == "points":
+                self.vectors.append((_whole(attributes, "fileOffset"), _whole(attributes, "recordCount")))
+        self.prototypes += (name, kind) == ("prototype", "Structure") and parent[1] == "CompressedVector"
+
+    def end(self, _: str) -> None:
+        if self.open.pop()[1] == "CompressedVector" and self.prototypes != 1:
+            raise DamagedFileError(self.path, "damaged E57 file: points without a description of their fields.", _AGAIN)
+
+    def doctype(self, *_: object) -> None:
+        raise DamagedFileError(
+            self.path, "damaged E57 file: its XML holds a document type, which the standard forbids.", _AGAIN
+        )
 
 
 def _whole(attributes: dict[str, str], name: str) -> int:

@@ -13,14 +13,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.scan import F32, F64, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
-from scan2bim.readers.las_file import LasFile, read_las_file
+from scan2bim.readers.las_file import Chunks, LasFile, check_chunk, head_size, lazrs, read_las_file
 from scan2bim.readers.points import choose_origin, guess_range, join_chunks, make_chunk, rows_of, stamp
 from scan2bim.readers.records import Records, read_records, sample_records
 
@@ -31,10 +31,12 @@ logging.getLogger("laspy").addHandler(logging.NullHandler())  # its messages wou
 
 _LOOK_CHUNKS = 4096
 """Compressed chunks whose first point is looked at: the first point of each is stored as it is."""
-_LOOK_STRETCHES = 4
-_LOOK_POINTS = 10_000
-"""Points per whole stretch that is looked at."""
-_SAMPLE_STRETCHES = 8
+_LOOK_WHOLE = 3
+"""Compressed chunks, usually of 50,000 points, that are looked at as a whole."""
+_LOOK_RECORDS = 40_000
+_SAMPLE_WHOLE = 8
+_HUGE = 1_000_000
+"""Points of a chunk that is not decompressed for a look: memory and time would not be bounded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,11 +95,11 @@ def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
 def sample_points(header: ScanHeader, count: int) -> Chunk:
     """Points from several places of the file."""
     look = _look(*stamp(header.path))
-    if not look.file.compressed:
+    if look.file.chunks is None:
         records = sample_records(header.path, _records(look.file), count)
         return join_chunks([_chunk(header, look, records)], count)
-    starts = _stretches(look.file, _SAMPLE_STRETCHES)
-    parts = _read_stretches(header.path, look.file, starts, -(-count // len(starts)), _selection(look))
+    parts = _whole_chunks(header.path, look.file, look.file.chunks, _SAMPLE_WHOLE)
+    parts = [rows_of(part, -(-count // len(parts))) for part in parts]
     return join_chunks([_chunk(header, look, part) for part in parts], count)
 
 
@@ -124,15 +126,34 @@ def _records(file: LasFile) -> Records:
 
 
 def _stream(path: Path, look: _Look, chunk_points: int) -> Iterator[NDArray[Any]]:
-    if not look.file.compressed:
+    if look.file.chunks is None:
         yield from read_records(path, _records(look.file), chunk_points)
         return
-    with laspy.open(path, read_evlrs=False, decompression_selection=_selection(look)) as reader:
-        for points in reader.chunk_iterator(chunk_points):
-            yield _as_records(look.file, points)
+    chunks, file = look.file.chunks, look.file
+    begins = np.cumsum(chunks.points) - chunks.points
+    checked = 0
+    with (
+        laspy.open(path, read_evlrs=False, decompression_selection=_selection(look)) as reader,
+        path.open("rb") as stream,
+    ):
+        for start in range(0, file.points, chunk_points):
+            while checked < len(begins) and begins[checked] < start + chunk_points:
+                _check_head(path, stream, file, chunks, checked)
+                checked += 1
+            yield _as_records(reader.read_points(min(chunk_points, file.points - start)))
 
 
-def _as_records(file: LasFile, points: Any) -> NDArray[Any]:
+def _check_head(path: Path, stream: BinaryIO, file: LasFile, chunks: Chunks, index: int) -> bytes:
+    """The first point of a compressed chunk, as bytes, once the chunk's beginning was found sound."""
+    stream.seek(int(chunks.starts[index]))
+    head = stream.read(head_size(file.point_size, chunks))
+    if len(head) < file.point_size:
+        raise DamagedFileError(path, "truncated LAZ file: a chunk lies beyond its end.", "Copy or export it again.")
+    check_chunk(path, head, file.point_size, chunks, index)
+    return head[: file.point_size]
+
+
+def _as_records(points: Any) -> NDArray[Any]:
     return cast(NDArray[Any], points.array)
 
 
@@ -206,34 +227,34 @@ def _look(path: Path, size: int, changed: int) -> _Look:
 
 def _first_points(path: Path, file: LasFile) -> NDArray[Any]:
     """Records from all over the file."""
-    if not file.compressed:
-        return sample_records(path, _records(file), _LOOK_STRETCHES * _LOOK_POINTS)
-    dtype = _dtype(file)
-    starts = rows_of(file.chunk_starts[np.cumsum(file.chunk_points) - file.chunk_points < file.points], _LOOK_CHUNKS)
+    if file.chunks is None:
+        return sample_records(path, _records(file), _LOOK_RECORDS)
     with path.open("rb") as stream:
-        raw = [(stream.seek(int(start)), stream.read(file.point_size))[1] for start in starts]
-    if any(len(point) < file.point_size for point in raw):
-        raise DamagedFileError(path, "truncated LAZ file: a chunk lies beyond its end.", "Copy or export it again.")
-    firsts = np.frombuffer(b"".join(raw), dtype)
-    stretches = _read_stretches(
-        path, file, _stretches(file, _LOOK_STRETCHES), _LOOK_POINTS, laspy.DecompressionSelection.all()
-    )
-    return np.concatenate([firsts, *(part.view(dtype) for part in stretches)])
+        indices = rows_of(np.arange(len(file.chunks.starts)), _LOOK_CHUNKS)
+        heads = [_check_head(path, stream, file, file.chunks, int(index)) for index in indices]
+    firsts = np.frombuffer(b"".join(heads), _dtype(file))
+    return np.concatenate([firsts, *_whole_chunks(path, file, file.chunks, _LOOK_WHOLE)])
 
 
-def _stretches(file: LasFile, wanted: int) -> list[int]:
-    """Indices of points at which a chunk begins, at most ``wanted``, spread over the file."""
-    begins = np.cumsum(file.chunk_points) - file.chunk_points
-    begins = begins[begins < file.points]
-    return [int(begin) for begin in np.unique(rows_of(begins, wanted))]
+def _whole_chunks(path: Path, file: LasFile, chunks: Chunks, wanted: int) -> list[NDArray[Any]]:
+    """The points of at most ``wanted`` whole chunks spread over the file; of huge chunks, only the file's first points.
+
+    Chunks are decompressed one by one, since lazrs cannot jump in files whose chunks differ in size.
+    """
+    if int(chunks.points.max()) > _HUGE:
+        with path.open("rb") as stream:
+            _check_head(path, stream, file, chunks, 0)
+        with laspy.open(path, read_evlrs=False) as reader:
+            return [_as_records(reader.read_points(min(_LOOK_RECORDS, file.points)))]
+    indices = np.unique(rows_of(np.arange(len(chunks.starts)), wanted))
+    with path.open("rb") as stream:
+        return [_decompressed(path, stream, file, chunks, int(index)) for index in indices]
 
 
-def _read_stretches(path: Path, file: LasFile, starts: list[int], count: int, selection: Any) -> list[NDArray[Any]]:
-    parts: list[NDArray[Any]] = []
-    with laspy.open(
-        path, read_evlrs=False, laz_backend=laspy.LazBackend.Lazrs, decompression_selection=selection
-    ) as reader:
-        for start in starts:
-            reader.seek(start)
-            parts.append(_as_records(file, reader.read_points(min(count, file.points - start))))
-    return parts
+def _decompressed(path: Path, stream: BinaryIO, file: LasFile, chunks: Chunks, index: int) -> NDArray[Any]:
+    _check_head(path, stream, file, chunks, index)
+    stream.seek(int(chunks.starts[index]))
+    length, count = int(chunks.lengths[index]), int(chunks.points[index])
+    raw, out = stream.read(length), bytearray(count * file.point_size)
+    lazrs.decompress_points_with_chunk_table(raw, chunks.laszip, out, [(count, len(raw))])
+    return np.frombuffer(out, _dtype(file))

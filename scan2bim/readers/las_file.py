@@ -26,6 +26,10 @@ lazrs: Any = importlib.import_module("lazrs")
 
 _SIZES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
 """Bytes of a point of formats 0 to 10, without extra bytes."""
+_MOST_CHUNK = 10_000_000
+"""Points of a compressed chunk: lazrs takes memory for a whole one. Real files have 50,000."""
+_LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
+"""Layers of each item of the layered compressor: point, colour, colour with infrared, wave packet; extra bytes have one each."""
 _VARIABLE = 0xFFFFFFFF
 """Chunk size of LAZ files whose chunks differ (COPC)."""
 _MOST_HEADER = 256 << 20
@@ -34,12 +38,22 @@ _AGAIN = "Copy or export it again."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Chunks:
+    """The compressed chunks of a LAZ file that hold points: first byte, bytes and points of each; LAZ VLR; layers."""
+
+    starts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    points: NDArray[np.int64]
+    laszip: bytes
+    layers: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class LasFile:
-    """What a LAS header says. ``chunk_starts`` and ``chunk_points`` are those of a LAZ file's chunks, empty for LAS."""
+    """What a LAS header says. ``chunks`` is None for uncompressed points."""
 
     version: tuple[int, int]
     point_format: int
-    compressed: bool
     point_size: int
     points: int
     offset: int
@@ -50,8 +64,7 @@ class LasFile:
     crs: str | None
     unit: float | None
     is_copc: bool
-    chunk_starts: NDArray[np.int64]
-    chunk_points: NDArray[np.int64]
+    chunks: Chunks | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,27 +105,11 @@ def _parse(path: Path, file: BinaryIO, raw: bytes, size: int) -> LasFile:
     numbers = struct.unpack_from("<12d", raw, 131)
     scales, offsets = _check_scales(path, numbers)
     vlrs = _read_vlrs(path, file, header_size, offset, vlr_count)
-    starts, counts = _layout_of_points(path, file, vlrs, compressed, point_size, points, offset, size)
+    chunks = _chunks_of_points(path, file, vlrs, compressed, point_size, points, offset, size)
     crs, unit = _crs(vlrs)
     upper, lower = np.array(numbers[6::2]), np.array(numbers[7::2])
     is_copc = any(vlr.user == b"copc" and vlr.record == 1 for vlr in vlrs)
-    return LasFile(
-        version,
-        form,
-        compressed,
-        point_size,
-        points,
-        offset,
-        scales,
-        offsets,
-        lower,
-        upper,
-        crs,
-        unit,
-        is_copc,
-        starts,
-        counts,
-    )
+    return LasFile(version, form, point_size, points, offset, scales, offsets, lower, upper, crs, unit, is_copc, chunks)
 
 
 def _check_scales(
@@ -140,7 +137,7 @@ def _read_vlrs(path: Path, file: BinaryIO, start: int, end: int, count: int) -> 
     return tuple(vlrs)
 
 
-def _layout_of_points(
+def _chunks_of_points(
     path: Path,
     file: BinaryIO,
     vlrs: tuple[_Vlr, ...],
@@ -149,12 +146,11 @@ def _layout_of_points(
     points: int,
     offset: int,
     size: int,
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    none = np.zeros(0, np.int64)
+) -> Chunks | None:
     if not compressed:
         if size < offset + points * point_size:
             raise truncated(path, "LAS", offset + points * point_size, size)
-        return none, none
+        return None
     laszip = next((vlr.data for vlr in vlrs if vlr.user == b"laszip encoded" and vlr.record == 22204), b"")
     _check_laszip(path, laszip, point_size)
     return _chunk_table(path, file, laszip, points, offset, size)
@@ -178,10 +174,7 @@ def _check_laszip(path: Path, vlr: bytes, point_size: int) -> None:
         )
 
 
-def _chunk_table(
-    path: Path, file: BinaryIO, vlr: bytes, points: int, offset: int, size: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Start (byte) and number of points of each compressed chunk."""
+def _chunk_table(path: Path, file: BinaryIO, vlr: bytes, points: int, offset: int, size: int) -> Chunks:
     at = _table_offset(path, file, offset, size)
     file.seek(at)
     head = file.read(8)
@@ -190,15 +183,55 @@ def _chunk_table(
     variable = chunk_size == _VARIABLE
     expected = -(-points // max(chunk_size, 1))
     room = at - offset - 8
-    if version != 0 or chunks == 0 or chunk_size == 0 or chunks > room or (not variable and chunks != expected):
+    if (
+        version != 0
+        or chunks == 0
+        or chunk_size == 0
+        or chunks > room
+        or (not variable and chunks not in (expected, expected + 1))
+    ):
         raise DamagedFileError(path, f"damaged LAZ file: a table of {chunks:,} chunks for {points:,} points.", _AGAIN)
     file.seek(at)
     table = np.array(lazrs.read_chunk_table_only(io.BytesIO(file.read()), lazrs.LazVlr(vlr)), np.int64).reshape(-1, 2)
     counts = table[:, 0] if variable else np.full(chunks, chunk_size, np.int64)
     lengths = table[:, 1]
-    if len(table) != chunks or lengths.min() <= 0 or counts.min() < 0 or lengths.sum() > room or counts.sum() < points:
+    used = np.cumsum(counts) - counts < points
+    sound = (
+        len(table) == chunks and lengths.min() >= 0 and counts.min() >= 0 and (lengths[used & (counts > 0)] > 0).all()
+    )
+    if not sound or lengths.sum() > room or counts.sum() < points:
         raise DamagedFileError(path, f"damaged LAZ file: its chunks do not add up to {points:,} points.", _AGAIN)
-    return offset + 8 + np.concatenate([[0], np.cumsum(lengths[:-1])]), counts
+    starts = offset + 8 + np.concatenate([[0], np.cumsum(lengths[:-1])])
+    used &= counts > 0
+    counts = np.minimum(counts, points - (np.cumsum(counts) - counts))
+    if counts[used].max() > _MOST_CHUNK or (chunk_size > _MOST_CHUNK and not variable):
+        what = f"compressed chunks of {max(chunk_size, counts.max()):,} points"
+        raise DamagedFileError(
+            path, f"{what}: more than fit in memory.", "Write it again with laszip's own chunk size."
+        )
+    return Chunks(starts[used], lengths[used], counts[used], vlr, _layers(vlr))
+
+
+def _layers(vlr: bytes) -> int:
+    """Layers of a chunk of the layered compressor, 0 for the pointwise one."""
+    if struct.unpack_from("<H", vlr, 0)[0] != 3:
+        return 0
+    items = [struct.unpack_from("<HHH", vlr, position) for position in range(34, len(vlr) - 5, 6)]
+    return sum(_LAYERS.get(kind, size) for kind, size, _ in items)
+
+
+def check_chunk(path: Path, raw: bytes, point_size: int, chunks: Chunks, index: int) -> None:
+    """Refuses a chunk whose beginning (``raw``) announces layers longer than the chunk: lazrs would take memory for them."""
+    if not chunks.layers:
+        return
+    sizes = raw[point_size + 4 : point_size + 4 + 4 * chunks.layers]
+    if len(sizes) < 4 * chunks.layers or int(np.frombuffer(sizes, "<u4").sum(dtype=np.int64)) > chunks.lengths[index]:
+        raise DamagedFileError(path, f"damaged LAZ file: chunk {index:,} announces more bytes than it has.", _AGAIN)
+
+
+def head_size(point_size: int, chunks: Chunks) -> int:
+    """Bytes at the beginning of a chunk: its first point, its number of points, the sizes of its layers."""
+    return point_size + 4 + 4 * chunks.layers
 
 
 def _table_offset(path: Path, file: BinaryIO, offset: int, size: int) -> int:

@@ -104,8 +104,9 @@ def _lone_count(line: str) -> bool:
 
 def _names(line: str) -> list[str]:
     """The names in a line of names, such as ``//X,Y,Z,R,G,B``; an empty list where it is none."""
-    words = [word for word in re.split(r"[\s,;]+", line.strip().lstrip("#/%").strip()) if word]
-    plain = [re.sub(r"[^a-z]", "", re.sub(r"[\[(].*", "", word.lower())) for word in words]
+    bare = re.sub(r"\[[^]]*\]|\([^)]*\)", "", line.strip().lstrip("#/%").strip())
+    words = [word for word in re.split(r"[\s,;]+", bare) if word]
+    plain = [re.sub(r"[^a-z]", "", word.lower()) for word in words]
     letters = sum(
         bool(re.match(r"[\"']?[A-Za-z_]", word)) and not re.match(r"[+-]?(nan|inf)", word, re.IGNORECASE)
         for word in words
