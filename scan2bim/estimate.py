@@ -11,19 +11,19 @@ from pathlib import Path
 from scan2bim.scans import Scan, ScanSet
 from scan2bim.stages import READ, Stage
 
-READ_NANOSECONDS = {".laz": 900.0, ".las": 120.0, ".ply": 120.0, ".pcd": 120.0, ".e57": 250.0}
+READ_NANOSECONDS = {".laz": 1000.0, ".las": 220.0, ".ply": 220.0, ".pcd": 220.0, ".e57": 340.0}
 """CPU to read a point by format; text formats take about as much as the rest together."""
 TEXT_NANOSECONDS = 500.0
-BASE_MEMORY = 600e6
+BASE_MEMORY = 450e6
 """Bytes: the program with its libraries and one building's surfaces."""
-JOB_MEMORY = 350e6
+JOB_MEMORY = 250e6
 """Bytes of one reading process: libraries, chunks and a panorama."""
 POINT_DISK = 13.0
 """Bytes in the work folder for each point."""
 SCAN_DISK = 1e6
 """Bytes in the work folder for each scan's panorama."""
-SMALL = 5_000_000
-"""Below so many points a second process costs more than it saves."""
+SHORT = 10.0
+"""Seconds of reading below which more processes, each with 1 to 2 s of CPU to start, do not pay."""
 MOST_JOBS = 4
 """Above so many reading processes the disk is what limits."""
 
@@ -38,10 +38,10 @@ class Estimate:
 
 
 def choose_jobs(asked: int | None, scans: ScanSet) -> int:
-    """How many processes read: what was asked, else by cores, scans and points."""
+    """How many processes read: what was asked, else by cores, scans and work."""
     if asked is not None:
         return max(1, min(asked, len(scans.scans)))
-    if scans.points < SMALL:
+    if read_seconds(scans.scans, 1) < SHORT:
         return 1
     return max(1, min(cores(), len(scans.scans), MOST_JOBS))
 

@@ -32,7 +32,8 @@ class Stage:
     """An entry of the table.
 
     version: of its results. needs: stages whose results it takes. settings: the section that it uses. seconds and
-    nanoseconds: its rough CPU cost, fixed and for each point of the input, for the progress bar and the estimates.
+    nanoseconds: its rough CPU cost, fixed and for each point of the input, for the progress bar and the estimates; what
+    a point costs to read hangs on its format and stands in ``estimate``.
     """
 
     name: str
@@ -43,13 +44,13 @@ class Stage:
     nanoseconds: float
 
 
-SURVEY = Stage("survey", 1, (), lambda s: s.frame, 0.5, 0)
-READ = Stage("read", 1, ("survey",), lambda s: s.read, 1.0, 250)
-SURFELS = Stage("surfels", 1, ("read",), lambda s: s.surfels, 1.0, 60)
-STRUCTURE = Stage("structure", 1, ("surfels", "read"), lambda s: s.structure, 5.0, 20)
-OPENINGS = Stage("openings", 1, ("structure", "surfels", "read"), lambda s: s.openings, 3.0, 40)
-MODEL = Stage("model", 1, ("survey", "structure", "openings", "read"), lambda s: None, 0.5, 0)
-EXPORT = Stage("export", 1, ("model",), lambda s: None, 3.0, 0)
+SURVEY = Stage("survey", 1, (), lambda s: s.frame, 0.3, 0)
+READ = Stage("read", 1, ("survey",), lambda s: s.read, 2.0, 0)
+SURFELS = Stage("surfels", 1, ("read",), lambda s: s.surfels, 0.3, 150)
+STRUCTURE = Stage("structure", 1, ("surfels", "read"), lambda s: s.structure, 1.0, 130)
+OPENINGS = Stage("openings", 1, ("structure", "surfels", "read"), lambda s: s.openings, 0.3, 80)
+MODEL = Stage("model", 1, ("survey", "structure", "openings", "read"), lambda s: None, 0.2, 0)
+EXPORT = Stage("export", 1, ("model",), lambda s: None, 1.5, 0)
 
 STAGES = (SURVEY, READ, SURFELS, STRUCTURE, OPENINGS, MODEL, EXPORT)
 

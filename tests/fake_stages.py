@@ -37,7 +37,7 @@ def install(put: Callable[[Any, str, Any], None]) -> None:
         "scan2bim.cloud.surfels": (make_surfels,),
         "scan2bim.structure.build": (find_structure,),
         "scan2bim.openings.build": (find_openings,),
-        "scan2bim.structure.assemble": (assemble_building,),
+        "scan2bim.assemble": (assemble_building,),
     }.items():
         module = ModuleType(name)
         for function in functions:

@@ -56,7 +56,7 @@ def test_all_wrong_settings_are_named_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["[frame", "unit: mm", "frame = 3"])
 def test_a_file_that_is_no_toml_or_has_no_sections_is_refused(tmp_path: Path, text: str) -> None:
     path = write(tmp_path, text)
-    with pytest.raises(UsageError, match="settings.toml"):
+    with pytest.raises(UsageError, match=r"settings\.toml"):
         load_settings(path, {"frame": {"unit": "mm"}})
 
 

@@ -13,6 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fake_stages
+import pytest
+from synthetic import write_scene
+
+from scan2bim.simulate.scenes import two_rooms
 
 KILLS = 20
 GRACE = 60.0
@@ -88,8 +92,18 @@ def scans(folder: Path, texts: Sequence[str]) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_fake_stages_killed_at_random_moments_end_in_the_same_bytes(tmp_path: Path) -> None:
     inputs = scans(tmp_path / "scans", ["1 2 3", "4 5", "6 7 8 9"])
     out = tmp_path / "out"
     command = (sys.executable, fake_stages.__file__, "convert", str(inputs), "-o", str(out / "a.json"))
     kill_and_compare(Conversion(command, out, {"SCAN2BIM_FAKE_SLEEP": "0.03"}), KILLS, random.Random(7))
+
+
+@pytest.mark.slow
+def test_a_real_conversion_killed_at_random_moments_ends_in_the_same_bytes(tmp_path: Path) -> None:
+    write_scene(tmp_path / "scans", two_rooms())
+    out = tmp_path / "out"
+    outputs = [argument for name in ("a.json", "a.ifc") for argument in ("-o", str(out / name))]
+    command = (sys.executable, "-m", "scan2bim.cli", "convert", str(tmp_path / "scans"), *outputs)
+    kill_and_compare(Conversion(command, out, {}), KILLS, random.Random(11))
