@@ -19,9 +19,11 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.panorama import Panorama, free_of
 from scan2bim.cloud.surfels import PLAN
-from scan2bim.structure.faces import Face
+from scan2bim.structure.faces import Face, is_recess, main_direction
 from scan2bim.structure.plan import Plan
 
+LONGEST_BARE = 0.8
+"""Length, metres, from which an edge of the floor or ceiling without a wall face is drawn as a cut."""
 REACH = 2.5
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
 CAP = 0.6
@@ -61,7 +63,7 @@ def find_spaces(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]
     if not faces:
         return ()
     score = space_evidence(plan, panoramas)
-    cells = cut_cells(plan, faces, score)
+    cells = cut_cells(plan, [*faces, *edge_faces(plan, faces, score)], score)
     inside = label_cells(cells)
     return _merge_spaces(cells, inside)
 
@@ -78,7 +80,53 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
     else:
         closed = cv2.morphologyEx(plan.floor, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)) > 0
         score[closed | ceiling] = 0.8
+    score[plan.void > 0] = NOTHING
     return score
+
+
+def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> list[Face]:
+    """Lines along the building's main directions where the evidence for space ends and no wall face was seen: glass fronts, cupboard rows,
+    stair wells. They only cut; nothing was seen on them."""
+    main = main_direction(list(faces))
+    space = cv2.morphologyEx((score > 0.5).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    space = cv2.morphologyEx(space, cv2.MORPH_OPEN, np.ones((7, 7), np.uint8))
+    found: list[Face] = []
+    for angle in (main, main + np.pi / 2):
+        normal = np.array([-np.sin(angle), np.cos(angle)])
+        shift = np.rint(normal * 3).astype(int)
+        for sign in (1, -1):
+            moved = np.roll(space, tuple(sign * shift[::-1]), (0, 1))
+            row, col = np.nonzero((space > 0) & (moved == 0))
+            xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+            found += _edge_lines(xy, sign * normal, [*faces, *found])
+    return [f for f in found if not any(is_recess(f, wall) for wall in faces)]
+
+
+def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
+    """Lines through crowds of points (n, 2) that lie in line, ``normal`` towards the space; none where a face is known within 15 cm."""
+    found: list[Face] = []
+    direction = np.array([normal[1], -normal[0]])
+    off, along = xy @ normal, xy @ direction
+    for face in known:
+        if abs(face.normal @ normal) > 0.99 and len(off):
+            near = np.abs((xy - face.centre) @ face.normal) < 0.25
+            t = (xy - face.centre) @ face.direction
+            keep = ~(near & (t > face.low - 0.3) & (t < face.high + 0.3))
+            xy, off, along = xy[keep], off[keep], along[keep]
+    while len(off) > 20:
+        base = off.min()
+        counts = np.bincount(((off - base) / PLAN).astype(int))
+        best = int(np.argmax(counts))
+        on = np.abs(off - base - (best + 0.5) * PLAN) < 1.5 * PLAN
+        t = np.sort(along[on])
+        for run in np.split(t, np.flatnonzero(np.diff(t) > 0.6) + 1):
+            if run[-1] - run[0] > LONGEST_BARE:
+                centre = normal * float(np.median(off[on])) + direction * 0.0
+                found.append(Face(centre, normal, float(run[0]), float(run[-1]), np.zeros(0, np.int64), PLAN, 0.0, False))
+        if counts[best] * PLAN < LONGEST_BARE:
+            break
+        off, along = off[~on], along[~on]
+    return found
 
 
 def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
@@ -185,8 +233,10 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64]:
 
 def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
     """1 or 0 per 5 cm step along the face, and where the first step starts; gaps up to 25 cm count as seen."""
-    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
     start = face.low - 0.1
+    if len(face.columns) == 0:
+        return np.zeros(1), start
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
     seen = np.zeros(int(np.ceil((face.high + 0.1 - start) / PLAN)) + 1, np.uint8)
     seen[np.clip(((along - start) / PLAN).astype(np.int64), 0, len(seen) - 1)] = 1
     closed = cv2.morphologyEx(seen[None], cv2.MORPH_CLOSE, np.ones((1, 5), np.uint8))[0]

@@ -27,6 +27,8 @@ SHORTEST = 0.20
 """Length of a face, metres, below which its direction is noise."""
 PARALLEL = 0.996
 """Cosine above which two runs may be one line (5 degrees): short runs are that uncertain; the band decides."""
+DEEPEST_RECESS = 0.6
+"""Depth, metres, up to which what stands back behind a wall's face belongs to an opening or niche of that wall."""
 GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
@@ -77,7 +79,20 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     faces = _fit_all(columns, region, wall_like)
     faces = _merge_collinear(columns, faces, wall_like)
     faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]
-    return tuple(sorted(_square_up(columns, faces), key=lambda f: -f.length))
+    faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
+    return tuple(f for f in faces if not any(is_recess(f, wall) for wall in faces))
+
+
+def is_recess(face: Face, wall: Face) -> bool:
+    """Whether a face stands back behind a stretch of a longer wall face: a window's frame, its pane, a shutter, the back of a niche."""
+    if face.length >= wall.length or float(face.normal @ wall.normal) < PARALLEL:
+        return False
+    ends = face.ends() - wall.centre
+    behind = -(ends @ wall.normal)
+    along = np.sort(ends @ wall.direction)
+    return bool(
+        behind.min() > 0.03 and behind.max() < DEEPEST_RECESS and along[0] > wall.low - 0.15 and along[1] < wall.high + 0.15
+    )
 
 
 def main_direction(faces: tuple[Face, ...] | list[Face]) -> float:

@@ -59,8 +59,8 @@ class Columns:
 class Plan:
     """Rasters (rows along y, columns along x) of a storey. ``origin`` (2,) is the lower left corner, pixels are PLAN metres.
 
-    ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none; ``columns``
-    the vertical surfaces.
+    ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none; ``void`` uint8 mask of
+    where one looks down past the floor's level, as in a stair well; ``columns`` the vertical surfaces.
     """
 
     levels: StoreyLevels
@@ -68,6 +68,7 @@ class Plan:
     floor: U8
     ceiling: U8
     ceiling_z: F32
+    void: U8
     columns: Columns
 
 
@@ -88,8 +89,10 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     roof = _roof_near(ceiling_z)
     roof = np.where(np.isfinite(roof), roof, levels.top)
     upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
+    floor = _mask(pixel[on_floor], shape)
+    deep = (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
     return Plan(
-        levels, origin, _mask(pixel[on_floor], shape), ceiling, ceiling_z,
+        levels, origin, floor, ceiling, ceiling_z, _void(floor, _mask(pixel[deep], shape)),
         _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),
     )
 
@@ -100,6 +103,13 @@ def _soffits(height: F32) -> NDArray[np.bool_]:
     kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
     closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, kernel)
     return np.isfinite(height) & (closed - filled > 0.12) & (closed > -500)
+
+
+def _void(floor: U8, deep: U8) -> U8:
+    """Pixels without floor over which something was seen deeper down, as patches that a square of 55 cm fits in."""
+    solid = cv2.morphologyEx(floor, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    patch = cv2.morphologyEx(deep & (1 - solid), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    return cv2.morphologyEx(patch & (1 - floor), cv2.MORPH_OPEN, np.ones((11, 11), np.uint8))
 
 
 def _from_below(surfels: Surfels, layers: Layers, z: F64, stations: F64) -> NDArray[np.bool_]:
