@@ -23,7 +23,9 @@ LAYER_OF_MODULE = {
     "errors": "errors",
     "config": "config",
     **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "parallel"), "support"),
-    **dict.fromkeys(("pipeline", "stages", "reading", "planning", "estimate", "views", "scans"), "pipeline"),
+    **dict.fromkeys(
+        ("pipeline", "stages", "reading", "planning", "estimate", "views", "scans", "assemble"), "pipeline"
+    ),
 }
 BASE = {"errors", "config", "support"}
 MAY_IMPORT = {
