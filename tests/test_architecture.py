@@ -37,7 +37,7 @@ MAY_IMPORT = {
     "cloud": BASE | {"model", "geometry"},
     "readers": BASE | {"cloud", "model", "geometry"},
     "structure": BASE | {"cloud", "model", "geometry"},
-    "openings": BASE | {"cloud", "model", "geometry"},
+    "openings": BASE | {"cloud", "model", "geometry", "structure"},
     "verify": BASE | {"cloud", "model", "geometry"},
     "exporters": {"errors", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
@@ -138,6 +138,17 @@ def test_imports_follow_the_arrows() -> None:
         and other not in MAY_IMPORT[own]
     ]
     assert wrong == []
+
+
+def test_openings_know_the_values_that_structure_gives_and_none_of_its_steps() -> None:
+    known = {
+        name
+        for path in sources()
+        if layer(module_name(path)) == "openings"
+        for name in inner_imports(path)
+        if layer(name) == "structure"
+    }
+    assert known <= {"scan2bim.structure.shapes"}
 
 
 def test_no_module_imports_itself_by_a_detour() -> None:
