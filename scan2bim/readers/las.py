@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.scan import F32, F64, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.las_file import Chunks, LasFile, check_chunk, head_size, lazrs, read_las_file
-from scan2bim.readers.points import choose_origin, guess_range, join_chunks, make_chunk, rows_of, stamp
+from scan2bim.readers.points import choose_origin, guess_range, join_chunks, make_chunk, rows_of, stamp, tail_notes
 from scan2bim.readers.records import Records, read_records, sample_records
 
 laspy: Any = importlib.import_module("laspy")
@@ -59,6 +59,8 @@ def read_headers(path: Path) -> tuple[ScanHeader, ...]:
     notes = ["bounds in the file's header are wrong: not used"] if stated is None else []
     if "red" in _dtype(file).names and not look.rgb_bits:
         notes.append("colour fields are all zero: no colour")
+    if file.chunks is None and file.version < (1, 4):
+        notes.extend(tail_notes(path, _records(file).end))
     lower, upper = stated or (None, None)
     header = ScanHeader(
         path,

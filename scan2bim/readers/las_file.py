@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import io
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from scan2bim.errors import DamagedFileError
 from scan2bim.readers.crs import crs_name, geotiff_crs, wkt_unit
 from scan2bim.readers.points import no_points, truncated
 
+os.environ.setdefault("RUST_BACKTRACE", "0")  # lazrs would print a stack trace besides our error
 lazrs: Any = importlib.import_module("lazrs")
 """The LAZ library, which has no types."""
 
@@ -29,7 +31,7 @@ _SIZES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
 _MOST_CHUNK = 10_000_000
 """Points of a compressed chunk: lazrs takes memory for a whole one. Real files have 50,000."""
 _LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
-"""Layers of each item of the layered compressor: point, colour, colour with infrared, wave packet; extra bytes have one each."""
+"""Layers of each item of the layered compressor: point, colour, colour with infrared, wave packet; extra bytes: 1 each."""
 _VARIABLE = 0xFFFFFFFF
 """Chunk size of LAZ files whose chunks differ (COPC)."""
 _MOST_HEADER = 256 << 20

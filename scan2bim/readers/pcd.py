@@ -20,7 +20,15 @@ from scan2bim.readers.lines import Columns, Span, read_rows, sample_rows, skip_l
 from scan2bim.readers.lines import look as look_at_rows
 from scan2bim.readers.lines import to_chunk as rows_to_chunk
 from scan2bim.readers.lzf import decompressed
-from scan2bim.readers.points import choose_origin, no_points, read_exactly, rotation_matrix, stamp, truncated
+from scan2bim.readers.points import (
+    choose_origin,
+    no_points,
+    read_exactly,
+    rotation_matrix,
+    stamp,
+    tail_notes,
+    truncated,
+)
 from scan2bim.readers.records import Fields, Records, check_room, look, read_records, sample_records, to_chunk
 
 _TYPES = {("F", 4): "f4", ("F", 8): "f8"} | {
@@ -89,6 +97,7 @@ def read_headers(path: Path) -> tuple[ScanHeader, ...]:
             has_intensity=pcd.fields.intensity is not None,
             columns=columns,
             rows=rows,
+            notes=tail_notes(path, _records(pcd).end) if pcd.data == "binary" else (),
         ),
     )
 

@@ -15,7 +15,7 @@ from scan2bim.errors import DamagedFileError
 from scan2bim.readers.lines import Columns, Span, read_rows, sample_rows, skip_lines
 from scan2bim.readers.lines import look as look_at_rows
 from scan2bim.readers.lines import to_chunk as rows_to_chunk
-from scan2bim.readers.points import choose_origin, no_points, read_exactly, stamp
+from scan2bim.readers.points import choose_origin, no_points, read_exactly, stamp, tail_notes
 from scan2bim.readers.records import Fields, Records, check_room, look, read_records, sample_records, to_chunk
 
 _TYPES = {
@@ -56,6 +56,7 @@ class _Ply:
     records: Records | None
     span: Span
     columns: Columns
+    notes: tuple[str, ...] = ()
 
 
 def read_headers(path: Path) -> tuple[ScanHeader, ...]:
@@ -66,7 +67,9 @@ def read_headers(path: Path) -> tuple[ScanHeader, ...]:
         origin = look(sample_records(path, ply.records, _LOOK), ply.fields).origin
     else:
         origin = choose_origin(sample_rows(path, ply.span, ply.columns, _LOOK)[:, :3])
-    return (ScanHeader(path, 0, path.stem, ply.count, origin, has_colour=rgb, has_intensity=intensity),)
+    return (
+        ScanHeader(path, 0, path.stem, ply.count, origin, has_colour=rgb, has_intensity=intensity, notes=ply.notes),
+    )
 
 
 def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
@@ -116,7 +119,8 @@ def _layout(path: Path, size: int, changed: int) -> _Ply:
     start = end + sum(element.count * _dtype(path, element, order).itemsize for element in before)
     records = Records(start, _dtype(path, vertices, order), vertices.count)
     check_room(path, "PLY", records)
-    return _Ply(_fields(path, vertices), vertices.count, records, Span(0, 0, None), Columns(0))
+    notes = () if elements[place + 1 :] else tail_notes(path, records.end)
+    return _Ply(_fields(path, vertices), vertices.count, records, Span(0, 0, None), Columns(0), notes)
 
 
 def _header_lines(path: Path) -> tuple[list[list[str]], int]:

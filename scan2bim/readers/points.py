@@ -216,6 +216,12 @@ def truncated(path: Path, form: str, expected: int, came: int) -> DamagedFileErr
     )
 
 
+def tail_notes(path: Path, end: int) -> tuple[str, ...]:
+    """A note where a file goes on behind its last point at byte ``end``."""
+    extra = path.stat().st_size - end
+    return (f"{extra:,} bytes behind the last point are not read",) if extra > 0 else ()
+
+
 def no_points(path: Path, form: str) -> DamagedFileError:
     """The error for a file that holds no points."""
     return DamagedFileError(path, f"this {form} file holds no points.", "Export it again with its points.")

@@ -34,6 +34,11 @@ class Records:
     dtype: np.dtype[Any]
     count: int
 
+    @property
+    def end(self) -> int:
+        """The byte behind the last record."""
+        return self.offset + self.count * self.dtype.itemsize
+
 
 @dataclass(frozen=True, slots=True)
 class Fields:
@@ -64,9 +69,8 @@ class Scaling:
 def check_room(path: Path, form: str, records: Records) -> None:
     """Raises DamagedFileError where the file is too short for the records that its header announces."""
     size = path.stat().st_size
-    needed = records.offset + records.count * records.dtype.itemsize
-    if records.count < 0 or size < needed:
-        raise truncated(path, form, needed, size)
+    if records.count < 0 or size < records.end:
+        raise truncated(path, form, records.end, size)
 
 
 def read_records(path: Path, records: Records, chunk_points: int) -> Iterator[NDArray[Any]]:

@@ -16,6 +16,7 @@ from scan2bim.readers.points import choose_origin, no_points, read_exactly, stam
 
 _LOOK = 4096
 """Rows looked at for the columns' meaning."""
+_MOST_COLUMNS = 64
 _COUNTED = 256 << 20
 """Bytes. In larger files the number of points is estimated from the lines' mean length, not counted."""
 _ROLES: dict[str, str] = {
@@ -122,11 +123,11 @@ def find_columns(path: Path, names: list[str], lines: list[str]) -> tuple[Column
     decimal = "," if _has_decimal_comma(lines) else "."
     table = [_split(line, decimal) for line in lines[:256]]
     count = len(table[0])
-    if count < 3:
+    if not 3 <= count <= _MOST_COLUMNS:
         raise DamagedFileError(
             path,
             f"expected lines of x y z, found {lines[0][:60]!r}.",
-            "Export it with at least three columns of numbers.",
+            "Export it with three columns of numbers or more.",
         )
     roles = [_ROLES.get(name, "") for name in names] if len(names) == count else []
     if {"x", "y", "z"} <= set(roles):
