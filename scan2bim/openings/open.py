@@ -24,6 +24,14 @@ REVEAL = 0.14
 """How far from the rough edge, metres, a reveal is looked for: a frame's width and two pixels."""
 SHARE = 0.5
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
+LOWEST_SIGHT = 0.7
+"""Height, metres, up to which an opening's lower part may be hidden by the floor behind it."""
+WIDEST_FRAME = 0.25
+"""Width, metres, of frames and linings between what was looked through and the wall's own edge."""
+MULLION = 0.25
+"""Width, metres, up to which what parts two rectangles is a mullion or transom of one opening."""
+Box = tuple[float, float, float, float]
+"""Left, right, bottom, top in metres, along the wall from its start and up from its base."""
 F64 = NDArray[np.float64]
 
 
@@ -32,18 +40,67 @@ def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> li
     mask = cv2.morphologyEx(image.opening.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((4, 4), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
-    found: list[OpeningShape] = []
-    for label in range(1, count):
-        if stats[label, cv2.CC_STAT_AREA] * PIXEL * PIXEL < SMALLEST_AREA:
-            continue
-        box = _rectangle(labels == label)
-        opening = None if box is None else _refined(storey, number, wall, image, box)
-        if opening is not None:
-            found.append(opening)
-    return found
+    large = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
+    boxes = [box for k in large if (box := _rectangle(labels == k)) is not None]
+    boxes = _join_panes([_to_wall_edges(_to_floor(box, image), image) for box in boxes])
+    openings = [_refined(storey, number, wall, image, box) for box in boxes]
+    return [o for o in openings if o is not None]
 
 
-def _rectangle(region: NDArray[np.bool_]) -> tuple[float, float, float, float] | None:
+def _to_floor(box: Box, image: WallImage) -> Box:
+    """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the floor."""
+    left, right, bottom, top = box
+    under = _part(image.data, left + PIXEL, right - PIXEL, 2 * PIXEL, bottom)
+    if bottom > LOWEST_SIGHT or (under.size and under.mean() > 0.25):
+        return box
+    return left, right, 0.0, top
+
+
+def _to_wall_edges(box: Box, image: WallImage) -> Box:
+    """Each side outwards, over the frame, to where the wall's face begins."""
+    left, right, bottom, top = box
+    for _ in range(round(WIDEST_FRAME / PIXEL)):
+        rows, cols = (bottom + PIXEL, top - PIXEL), (left + PIXEL, right - PIXEL)
+        if _bare(image, left - PIXEL, left, *rows):
+            left -= PIXEL
+        if _bare(image, right, right + PIXEL, *rows):
+            right += PIXEL
+        if _bare(image, *cols, top, top + PIXEL):
+            top += PIXEL
+        if bottom > 0 and _bare(image, *cols, bottom - PIXEL, bottom):
+            bottom -= PIXEL
+    return left, right, max(bottom, 0.0), top
+
+
+def _bare(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
+    strip = _part(image.data, left, right, bottom, top)
+    return bool(strip.size and strip.mean() < 0.3)
+
+
+def _join_panes(boxes: list[Box]) -> list[Box]:
+    """Rectangles side by side or one above the other with a mullion between them are one opening."""
+    boxes = sorted(boxes)
+    merged = True
+    while merged:
+        merged = False
+        for i, a in enumerate(boxes):
+            mate = next((b for b in boxes[i + 1 :] if _same_opening(a, b)), None)
+            if mate is not None:
+                boxes.remove(mate)
+                boxes[i] = (min(a[0], mate[0]), max(a[1], mate[1]), min(a[2], mate[2]), max(a[3], mate[3]))
+                merged = True
+                break
+    return boxes
+
+
+def _same_opening(a: Box, b: Box) -> bool:
+    sideways, upwards = max(a[0], b[0]) - min(a[1], b[1]), max(a[2], b[2]) - min(a[3], b[3])
+    level = abs(a[2] - b[2]) < 0.2 and abs(a[3] - b[3]) < 0.2
+    upright = abs(a[0] - b[0]) < 0.2 and abs(a[1] - b[1]) < 0.2
+    return (sideways < MULLION and level) or (upwards < MULLION and upright) or (sideways < 0 and upwards < 0)
+
+
+def _rectangle(region: NDArray[np.bool_]) -> Box | None:
     """Left, right, bottom, top (metres) of a cluster by its lateral histograms; None if it fills its rectangle badly."""
     columns, rows = region.sum(0), region.sum(1)
     left, right = _span(columns, SHARE * float(np.percentile(columns[columns > 0], 90)))
@@ -60,7 +117,7 @@ def _span(histogram: NDArray[np.int64], least: float) -> tuple[int, int]:
 
 
 def _refined(
-    storey: int, number: int, wall: WallShape, image: WallImage, box: tuple[float, float, float, float]
+    storey: int, number: int, wall: WallShape, image: WallImage, box: Box
 ) -> OpeningShape | None:
     """Sides moved to the reveals, then told apart: door, window or passage."""
     left, right, bottom, top = box

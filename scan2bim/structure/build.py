@@ -17,6 +17,7 @@ from scan2bim.config import StructureSettings
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import Axis, AxisJoin, find_walls
@@ -65,8 +66,10 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
 
 def _storey(plan: Plan, faces: Sequence[Face], scene: Scene) -> StoreyShape:
     polygons = find_spaces(plan, faces, list(scene.panoramas.values()))
+    split = [split_at_portals(p) for p in polygons]
+    polygons = [part for parts, _ in split for part in parts]
     spaces = tuple(_space(p, plan) for p in polygons)
-    axes, joins = find_walls(polygons)
+    axes, joins = find_walls(polygons, [cut for _, cuts in split for cut in cuts])
     walls = tuple(_wall(number, axis, joins, plan, spaces) for number, axis in enumerate(axes))
     level = plan.levels
     return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, spaces, walls)

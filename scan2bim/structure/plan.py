@@ -90,7 +90,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     roof = np.where(np.isfinite(roof), roof, levels.top)
     upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
     floor = _mask(pixel[on_floor], shape)
-    deep = (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
+    deep = standing & (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
     return Plan(
         levels, origin, floor, ceiling, ceiling_z, _void(floor, _mask(pixel[deep], shape)),
         _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),

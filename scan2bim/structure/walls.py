@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry import Polygon
+from shapely.geometry import LineString, Polygon
+
+from scan2bim.structure.portals import on_cut
 
 THINNEST, THICKEST = 0.03, 0.80
 """Distances between faces, metres, that one wall can have (trade: 0.05 to 0.75)."""
@@ -52,6 +54,11 @@ class Axis:
         return (self.end - self.start) / max(self.length, 1e-9)
 
     @property
+    def inset(self) -> F64:
+        """From the axis to the border of the space that alone was seen beside it; zero for a wall between two spaces."""
+        return self.normal * (self.thickness / 2 * (bool(self.left) - bool(self.right)))
+
+    @property
     def normal(self) -> F64:
         """Unit vector to the left."""
         d = self.direction
@@ -82,10 +89,11 @@ class _Border:
         return np.array([-self.direction[1], self.direction[0]])
 
 
-def find_walls(spaces: Sequence[Polygon]) -> tuple[list[Axis], list[AxisJoin]]:
-    """Walls between and round the spaces, with their ends joined."""
+def find_walls(spaces: Sequence[Polygon], cuts: Sequence[LineString] = ()) -> tuple[list[Axis], list[AxisJoin]]:
+    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall stands."""
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
     pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders)]
+    pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
     axes = _merge(pieces, spaces)
     return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
 
