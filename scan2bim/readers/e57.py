@@ -17,12 +17,9 @@ from scan2bim.cloud.scan import F32, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
 from scan2bim.readers.e57_layout import Buffers, Layout, Limits, make_buffers, scan_layout
-from scan2bim.readers.points import join_chunks, make_chunk, stretch
+from scan2bim.readers.points import START_SPREAD, join_chunks, make_chunk, stretch
 
 __all__ = ["read_chunks", "read_headers", "sample_points"]
-
-_SPREAD = 4
-"""A sample is thinned from this many times its points at the scan's start: libE57 cannot jump to a record."""
 
 
 def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
@@ -55,7 +52,7 @@ def _chunks(header: ScanHeader, reader: Any, layout: Layout, buffers: Buffers) -
 
 def sample_points(header: ScanHeader, count: int) -> Chunk:
     """``count`` points thinned from the start of the scan."""
-    wanted = min(header.points, _SPREAD * count)
+    wanted = min(header.points, START_SPREAD * count)
     chunks: list[Chunk] = []
     for chunk in read_chunks(header, max(wanted, 1)):
         chunks.append(chunk)

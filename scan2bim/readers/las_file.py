@@ -31,7 +31,7 @@ _SIZES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
 _MOST_CHUNK = 10_000_000
 """Points of a compressed chunk: lazrs takes memory for a whole one. Real files have 50,000."""
 _LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
-"""Layers of each item of the layered compressor: point, colour, colour with infrared, wave packet; extra bytes: 1 each."""
+"""Layers of each item of the layered compressor: point, colour, colour with infrared, wave packet; a byte has one."""
 _VARIABLE = 0xFFFFFFFF
 """Chunk size of LAZ files whose chunks differ (COPC)."""
 _MOST_HEADER = 256 << 20
@@ -223,7 +223,7 @@ def _layers(vlr: bytes) -> int:
 
 
 def check_chunk(path: Path, raw: bytes, point_size: int, chunks: Chunks, index: int) -> None:
-    """Refuses a chunk whose beginning (``raw``) announces layers longer than the chunk: lazrs would take memory for them."""
+    """Refuses a chunk whose beginning (``raw``) announces layers longer than it: lazrs would take memory for them."""
     if not chunks.layers:
         return
     sizes = raw[point_size + 4 : point_size + 4 + 4 * chunks.layers]

@@ -27,6 +27,9 @@ FAR = 1000.0
 Up to here float32 keeps a tenth of a millimetre in metres; larger coordinates are taken down by an origin.
 """
 
+START_SPREAD = 4
+"""A sample of E57 is thinned from so many times its points at the scan's start: libE57 cannot jump to a record."""
+
 ORIGIN_STEP = 100.0
 """File units. Origins are whole multiples of this, so that they are readable and exact."""
 

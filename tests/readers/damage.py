@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from readers.writers import (
+    E57Scan,
     cloud,
     e57_from_pages,
     e57_pages,
@@ -28,7 +29,6 @@ from readers.writers import (
     write_pts,
     write_text,
 )
-from readers.writers import E57Scan
 
 Case = tuple[str, bytes]
 """File name and content."""

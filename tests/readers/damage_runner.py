@@ -1,8 +1,8 @@
-"""Reads every file of a folder in one process of bounded memory and writes one line of JSON per file: what became of it.
+"""Reads every file of a folder in one process of bounded memory; a line of JSON per file says what became of it.
 
     python damage_runner.py FOLDER MEGABYTES SECONDS
 
-A file that takes longer than SECONDS ends the process, as a crash in native code does: the line that is missing names it.
+A file that takes longer than SECONDS ends the process, as a crash in native code does: the last line names it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def outcome(path: Path) -> dict[str, object]:
                 kept, dropped = kept + len(chunk.xyz), dropped + chunk.dropped
     except Scan2BimError as error:
         return {"kind": "error", "type": type(error).__name__, "message": str(error)}
-    except BaseException as error:  # noqa: BLE001
+    except BaseException as error:
         return {"kind": "escaped", "type": type(error).__name__, "message": str(error)}
     return {"kind": "read", "points": kept, "dropped": dropped}
 

@@ -1,4 +1,4 @@
-"""Hundreds of damaged and odd files of every format: each ends in one of our errors, or in points that are all sound."""
+"""Hundreds of damaged and odd files of every format: each ends in one of our errors, or in sound points."""
 
 from __future__ import annotations
 

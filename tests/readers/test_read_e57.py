@@ -198,6 +198,7 @@ def test_a_sample_is_thinned_from_the_start_of_the_scan(tmp_path: Path) -> None:
 
 
 def test_the_name_of_the_coordinate_reference_system_is_given(tmp_path: Path) -> None:
-    wkt = 'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",AUTHORITY["EPSG","4258"]],UNIT["metre",1],AUTHORITY["EPSG","25832"]]'
+    geographic = 'GEOGCS["ETRS89",AUTHORITY["EPSG","4258"]]'
+    wkt = f'PROJCS["ETRS89 / UTM zone 32N",{geographic},UNIT["metre",1],AUTHORITY["EPSG","25832"]]'
     header = read_headers(write_e57(tmp_path / "a.e57", [e57_scan(cloud())], metadata=wkt))[0]
     assert header.crs == "ETRS89 / UTM zone 32N (EPSG:25832)"

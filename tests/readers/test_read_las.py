@@ -67,7 +67,8 @@ def test_large_coordinates_keep_their_digits_by_the_origin(tmp_path: Path) -> No
 
 def test_crs_and_unit_come_from_wkt_and_from_geotiff_keys(tmp_path: Path) -> None:
     wkt = (
-        'COMPD_CS["both",PROJCS["NAD83 / Texas",GEOGCS["NAD83",UNIT["degree",0.0174]],UNIT["US survey foot",0.3048006096],'
+        'COMPD_CS["both",PROJCS["NAD83 / Texas",GEOGCS["NAD83",UNIT["degree",0.0174]],'
+        'UNIT["US survey foot",0.3048006096],'
         'AUTHORITY["EPSG","2277"]],VERT_CS["NAVD88",UNIT["US survey foot",0.3048006096]]]'
     )
     record = laspy.VLR("LASF_Projection", 2112, "wkt", wkt.encode() + b"\0")

@@ -18,7 +18,7 @@ laspy: Any = importlib.import_module("laspy")
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Points with exact binary fractions, so that every format keeps them: xyz (n, 3), rgb (n, 3), intensity (n,) in 0-1."""
+    """Exact binary fractions, so that every format keeps them: xyz (n, 3), rgb (n, 3), intensity (n,) in 0-1."""
 
     xyz: np.ndarray
     rgb: np.ndarray
@@ -36,7 +36,7 @@ def cloud(count: int = 500, shift: tuple[float, float, float] = (0, 0, 0), seed:
 
 @dataclass
 class E57Scan:
-    """One scan as it is to be written: (field name, prototype node maker, values), pose, and whatever nodes are to be set."""
+    """One scan as it is to be written: (field name, prototype node maker, values), name, pose and limits."""
 
     fields: list[tuple[str, Callable[[Any], Any], np.ndarray]]
     name: str = "scan"
@@ -221,7 +221,7 @@ def write_ply(
     tail: bytes = b"",
     head: bytes = b"",
 ) -> Path:
-    """``columns``: (name, type, values). ``before``: header lines of elements before the vertices, their data being ``head``."""
+    """``columns``: (name, type, values). ``before``: elements before the vertices, their data being ``head``."""
     count = len(columns[0][2])
     lines = ["ply", f"format {encoding} 1.0", "comment made by a test"]
     lines += [line for line in before.splitlines() if line]
