@@ -57,6 +57,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_convert(convert)
     info = commands.add_parser("info", help="what is in the scans", description="Tell what is in the scans.")
     _add_paths(info)
+    _add_frame(info)
     info.add_argument("--json", action="store_true", help="the report as JSON on stdout")
     doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
@@ -78,9 +79,7 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
     )
     convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
     _add_work(convert)
-    frame = convert.add_argument_group("coordinates (default: found in the scans)")
-    frame.add_argument("--unit", choices=UNITS, help="unit of the scans' coordinates")
-    frame.add_argument("--up", choices=AXES, help="axis of the scans that points up")
+    _add_frame(convert)
     talk = convert.add_argument_group("talk (on stderr; the result goes to stdout)")
     talk_modes = talk.add_mutually_exclusive_group()
     talk_modes.add_argument("--quiet", action="store_true", help="warnings and errors only")
@@ -100,6 +99,12 @@ def _add_work(convert: argparse.ArgumentParser) -> None:
 
 def _add_paths(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="scan file, folder or quoted pattern ('scans/*.e57')")
+
+
+def _add_frame(parser: argparse.ArgumentParser) -> None:
+    frame = parser.add_argument_group("coordinates (default: found in the scans)")
+    frame.add_argument("--unit", choices=UNITS, help="unit of the scans' coordinates")
+    frame.add_argument("--up", choices=AXES, help="axis of the scans that points up")
 
 
 def _positive(text: str) -> int:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scan2bim.cloud.frame import SurveyFrame
-from scan2bim.config import Settings
+from scan2bim.config import UNITS, Settings
+from scan2bim.errors import PrecheckError
 from scan2bim.estimate import Estimate, choose_jobs, free_disk, memory_and_disk, read_seconds, stage_seconds
-from scan2bim.scans import ScanSet, gather
+from scan2bim.scans import Scan, ScanSet, gather
 from scan2bim.stages import EXPORT, READ, STAGES, SURVEY, later_keys, stages_from, survey_key
 from scan2bim.workfolder import WorkFolder
+
+if TYPE_CHECKING:
+    from scan2bim.readers.info import InputReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +67,28 @@ def plan(request: Request) -> Plan:
     memory, disk = memory_and_disk(scans, jobs)
     needs = Estimate(sum(stage.seconds for stage in stages), memory, disk)
     return Plan(stages, len(scans.scans), scans.points, scans.skipped, needs, free_disk(request.work))
+
+
+def look(paths: Sequence[Path], settings: Settings) -> tuple[InputReport, tuple[str, ...]]:
+    """What is in the files, with unit and up axis as a conversion would find them, and how those were found, in words.
+
+    Raises InputError where no file can be read.
+    """
+    from scan2bim.readers.info import Cost, describe, survey
+    from scan2bim.structure.frame import find_frame
+
+    found = survey(paths)
+    scans = ScanSet(tuple(Scan(header, i, "") for i, header in enumerate(found.headers)))
+    jobs = choose_jobs(None, scans)
+    seconds = SURVEY.seconds + read_seconds(scans.scans, jobs)
+    seconds += sum(stage_seconds(stage, scans.points) for stage in STAGES[2:])
+    cost = Cost(seconds, *memory_and_disk(scans, jobs))
+    try:
+        frame = find_frame(found.headers, found.samples, settings.frame)
+    except PrecheckError as error:
+        return describe(found, cost=cost), (str(error),)
+    name = next((name for name, metres in UNITS.items() if abs(metres / frame.unit - 1) < 1e-9), f"{frame.unit:g} m")
+    return describe(found, unit=name, up=frame.up, metres=frame.unit, cost=cost), frame.notes
 
 
 def checked_inputs(request: Request) -> ScanSet:

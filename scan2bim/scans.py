@@ -113,4 +113,4 @@ def _all_in_one(failed: Sequence[InputError], files: int) -> InputError:
             first.path, first.problem, f"{first.advice} Or pass --keep-going to convert the others.".strip()
         )
     names = "\n  ".join(str(error) for error in failed)
-    return InputError(f"{len(failed)} of {files} files", f"cannot be read:\n  {names}\n", advice)
+    return InputError(f"{len(failed)} of {files} files", f"cannot be read. {advice}\n  {names}")

@@ -15,6 +15,7 @@ from typing import Any
 
 import fake_stages
 import pytest
+from synthetic import two_rooms, write_scene
 
 from scan2bim import __version__, cli
 from scan2bim.commands.convert import default_work
@@ -312,3 +313,40 @@ def cpu_of(command: Sequence[str]) -> float:
 def test_help_costs_at_most_four_times_a_bare_interpreter() -> None:
     bare = cpu_of([sys.executable, "-c", "pass"])
     assert cpu_of([sys.executable, "-m", "scan2bim.cli", "--help"]) <= 4 * bare
+
+
+@pytest.fixture
+def clouds(tmp_path: Path) -> Path:
+    """Two rooms' scans, as E57."""
+    write_scene(tmp_path / "clouds", two_rooms())
+    (tmp_path / "clouds" / "truth.json").unlink()
+    return tmp_path / "clouds"
+
+
+def test_info_tells_what_is_in_the_scans(clouds: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["info", str(clouds)]) == 0
+    out = capsys.readouterr().out
+    assert "2 scans in 2 files" in out
+    assert "Unit: m. Up: z." in out
+    assert cli.main(["info", str(clouds), "--json", "--unit", "mm", "--up", "-x"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["unit"], report["up"], len(report["scans"])) == ("mm", "-x", 2)
+    assert min(report["cost"].values()) > 0
+
+
+def test_info_describes_the_readable_files_and_ends_with_3_over_others(
+    clouds: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (clouds / "torn.e57").write_bytes((clouds / "east.e57").read_bytes()[:5000])
+    assert cli.main(["info", str(clouds)]) == 3
+    out = capsys.readouterr().out
+    assert "torn.e57" in out
+    assert "2 scans in 3 files" in out
+    assert cli.main(["info", str(clouds / "torn.e57")]) == 3
+    assert "torn.e57" in capsys.readouterr().err
+
+
+def test_info_of_scans_without_points_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.xyz").write_text("nan nan nan\n" * 20)
+    assert cli.main(["info", str(tmp_path / "a.xyz")]) == 0
+    assert "valid point" in capsys.readouterr().out

@@ -52,10 +52,18 @@ def outcome_text(outcome: Outcome) -> str:
         rows.append(["all", "", *(str(sum(row[name] for row in counts)) for name in columns)])
     lines = [f"{building.name}: {outcome.scans} scans, {outcome.points:,} points", "", *_table(rows), ""]
     lines += [f"note: {note}" for note in building.notes]
-    for written in outcome.written:
-        lines += [f"note: {written.path.name}: {note}" for note in written.notes]
+    lines += [f"note: {', '.join(names)}: {note}" for note, names in _notes_of_files(outcome).items()]
     lines += [f"wrote {written.path} ({size(written.size)})" for written in outcome.written]
     return "\n".join(lines)
+
+
+def _notes_of_files(outcome: Outcome) -> dict[str, list[str]]:
+    """What the exporters left out, each note once, with the files that it is about."""
+    notes: dict[str, list[str]] = {}
+    for written in outcome.written:
+        for note in written.notes:
+            notes.setdefault(note, []).append(written.path.name)
+    return notes
 
 
 def outcome_json(outcome: Outcome, request: Request) -> dict[str, Any]:
