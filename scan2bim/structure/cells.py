@@ -24,7 +24,7 @@ from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
 """Length, metres, from which an edge of the floor or ceiling without a wall face is drawn as a cut."""
-REACH = 2.5
+REACH = 4.0
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
@@ -34,10 +34,16 @@ SEEN_EDGE = 0.02
 """Cost per metre of a label change on a face that was seen: keeps borders short."""
 SIDE = 0.5
 """Evidence per metre of seen face for air on its front and wall on its back, in square metres of full evidence."""
-NOTHING = -0.35
+WALL_DEPTH = 0.5
+"""Metres behind a face for which it speaks: the larger a cell behind it, the less of it is that wall."""
+FREE = 0.1
+"""Evidence per square metre where a station looked through just below ceiling height but no ceiling was seen: open wells, but also outdoors."""
+NOTHING = -0.2
 """Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
 SLIT = 0.03
 """Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
+BRIDGED = 0.6
+"""What a metre between two seen stretches of one face counts, of a metre of seen face: walls go on in line."""
 SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
 FREE_REACH = 20.0
@@ -73,7 +79,7 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
     ceiling, floor = plan.ceiling > 0, plan.floor > 0
     roofed = ceiling.sum() > 0.3 * floor.sum()
     score = np.full(floor.shape, NOTHING, np.float32)
-    score[_free_above(plan, panoramas)] = 0.4
+    score[_free_above(plan, panoramas)] = FREE if roofed else 0.4
     if roofed:
         score[floor & (score < 0)] = 0.1
         score[ceiling] = 1.0
@@ -146,7 +152,7 @@ def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
     """Cut the plan by the faces' lines and gather the evidence on cells and edges."""
-    lines = [f.ends(min(REACH, 0.6 + f.length)) for f in faces] + [cap for f in faces for cap in _caps(f)]
+    lines = [f.ends(min(REACH, 0.6 + 1.5 * f.length)) for f in faces] + [cap for f in faces for cap in _caps(f)]
     drawn = shapely.linestrings(np.array(lines))
     noded = shapely.union_all(drawn, grid_size=1e-6)
     polygons = np.array(list(shapely.get_parts(shapely.polygonize([noded]))), object)
@@ -157,10 +163,11 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     _, inverse = np.unique(key, axis=0, return_inverse=True)
     order = np.argsort(inverse, kind="stable")
     pair = order[np.flatnonzero(np.diff(inverse[order]) == 0)[:, None] + np.array([0, 1])] if len(order) > 1 else np.zeros((0, 2), np.int64)
-    covered_left, covered_right = _coverage(ends, faces, plan)
+    covered_left, covered_right, bridged = _coverage(ends, faces, plan)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    np.add.at(evidence, cell, SIDE * length * (covered_left - covered_right))
-    both = np.maximum(covered_left, covered_right)
+    back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
+    np.add.at(evidence, cell, SIDE * length * (covered_left - covered_right * back))
+    both = np.maximum(np.maximum(covered_left, covered_right), BRIDGED * bridged)
     return Cells(polygons, cell[pair], ends[pair[:, 0]], both[pair[:, 0]] if len(pair) else np.zeros(0), evidence)
 
 
@@ -206,12 +213,13 @@ def _edge_keys(ends: F64) -> I64:
     return q.reshape(-1, 4)
 
 
-def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64]:
-    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge; unsided faces give half to both."""
+def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64, F64]:
+    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge (unsided faces give half to both),
+    and the share that lies between the ends of a face, seen or not: across a door, behind a cupboard."""
     middle = ends.mean(1)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
-    left, right = np.zeros(len(ends)), np.zeros(len(ends))
+    left, right, bridged = np.zeros(len(ends)), np.zeros(len(ends)), np.zeros(len(ends))
     for face in faces:
         on = np.flatnonzero(
             (np.abs((middle - face.centre) @ face.normal) < 2e-4) & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
@@ -220,6 +228,9 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64]:
             continue
         seen, start = _seen_along(face, plan)
         along = np.sort((ends[on] - face.centre) @ face.direction, axis=1)
+        if len(face.columns):
+            inner = np.clip(along, face.low, face.high)
+            bridged[on] = np.maximum(bridged[on], (inner[:, 1] - inner[:, 0]) / np.maximum(length[on], 1e-9))
         total = np.concatenate([[0.0], np.cumsum(seen)])
         at = np.clip((along - start) / PLAN, 0, len(seen))
         share = np.interp(at[:, 1], np.arange(len(total)), total) - np.interp(at[:, 0], np.arange(len(total)), total)
@@ -228,7 +239,7 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64]:
         sided = 1.0 if face.sided else 0.5
         left[on] = np.maximum(left[on], np.where(same, share * sided, share * (1 - sided)))
         right[on] = np.maximum(right[on], np.where(same, share * (1 - sided), share * sided))
-    return left, right
+    return left, right, bridged
 
 
 def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:

@@ -81,16 +81,17 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     origin = np.floor(xy[inside].min(0) / PLAN - 4) * PLAN
     shape = tuple(np.ceil((xy[inside].max(0) - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
+    eye = _eye_heights(surfels, layers, stations)
     on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
     hollow = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z < levels.top - 0.02)
     hollow &= z > levels.floor + LOWEST_CEILING
-    overhead = hollow & (_from_below(surfels, layers, z, stations) | _sloped(pixel, z, hollow, shape))
+    overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
     ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
     roof = _roof_near(ceiling_z)
     roof = np.where(np.isfinite(roof), roof, levels.top)
     upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
     floor = _mask(pixel[on_floor], shape)
-    deep = standing & (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
+    deep = standing & ~(eye < levels.floor) & (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
     return Plan(
         levels, origin, floor, ceiling, ceiling_z, _void(floor, _mask(pixel[deep], shape)),
         _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),
@@ -112,12 +113,17 @@ def _void(floor: U8, deep: U8) -> U8:
     return cv2.morphologyEx(patch & (1 - floor), cv2.MORPH_OPEN, np.ones((11, 11), np.uint8))
 
 
-def _from_below(surfels: Surfels, layers: Layers, z: F64, stations: F64) -> NDArray[np.bool_]:
-    """Surfels (in layer order) seen from below; where the station is unknown, those with clear height under them."""
+def _eye_heights(surfels: Surfels, layers: Layers, stations: F64) -> F64:
+    """Height of the station that saw each surfel (in layer order), nan where unknown."""
     station = surfels.station[layers.order]
-    eye = np.full(len(z), np.nan)
+    eye = np.full(len(station), np.nan)
     known = station < len(stations)
     eye[known] = stations[station[known], 2]
+    return eye
+
+
+def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
+    """Surfels (in layer order) seen from below; where the station is unknown, those with clear height under them."""
     return np.where(np.isfinite(eye), eye < z, layers.below > HEADROOM - 0.3)
 
 
