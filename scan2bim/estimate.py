@@ -14,7 +14,7 @@ from scan2bim.stages import READ, Stage
 READ_NANOSECONDS = {".laz": 1000.0, ".las": 220.0, ".ply": 220.0, ".pcd": 220.0, ".e57": 340.0}
 """CPU to read a point by format; text formats take about as much as the rest together."""
 TEXT_NANOSECONDS = 500.0
-BASE_MEMORY = 450e6
+BASE_MEMORY = 500e6
 """Bytes: the program with its libraries and one building's surfaces."""
 JOB_MEMORY = 250e6
 """Bytes of one reading process: libraries, chunks and a panorama."""

@@ -102,11 +102,11 @@ def test_fake_stages_killed_at_random_moments_end_in_the_same_bytes(tmp_path: Pa
     inputs = scans(tmp_path / "scans", ["1 2 3", "4 5", "6 7 8 9"])
     out = tmp_path / "out"
     command = (sys.executable, fake_stages.__file__, "convert", str(inputs), "-o", str(out / "a.json"))
-    kill_and_compare(Conversion(command, out, {"SCAN2BIM_FAKE_SLEEP": "0.03"}), KILLS, random.Random(7))
+    kill_and_compare(Conversion(command, out, {"SCAN2BIM_FAKE_SLEEP": "0.03"}), KILLS // 2, random.Random(7))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("jobs", "kills"), [(1, KILLS), (2, 4)])
+@pytest.mark.parametrize(("jobs", "kills"), [(1, KILLS), (2, 2)])
 def test_a_real_conversion_killed_at_random_moments_ends_in_the_same_bytes(
     tmp_path: Path, jobs: int, kills: int
 ) -> None:
