@@ -24,12 +24,14 @@ REVEAL = 0.14
 """How far from the rough edge, metres, a reveal is looked for: a frame's width and two pixels."""
 SHARE = 0.5
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
-LOWEST_SIGHT = 0.7
+LOWEST_SIGHT = 0.45
 """Height, metres, up to which an opening's lower part may be hidden by the floor behind it."""
 WIDEST_FRAME = 0.25
 """Width, metres, of frames and linings between what was looked through and the wall's own edge."""
 MULLION = 0.25
 """Width, metres, up to which what parts two rectangles is a mullion or transom of one opening."""
+RIM = 0.15
+"""Width, metres, of an opening's rim, in which lining and frame are left out when panes are looked for."""
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top in metres, along the wall from its start and up from its base."""
 F64 = NDArray[np.float64]
@@ -51,7 +53,9 @@ def _to_floor(box: Box, image: WallImage) -> Box:
     """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the floor."""
     left, right, bottom, top = box
     under = _part(image.data, left + PIXEL, right - PIXEL, 2 * PIXEL, bottom)
-    if bottom > LOWEST_SIGHT or (under.size and under.mean() > 0.25):
+    seen_low = _part(image.through > 0, left + PIXEL, right - PIXEL, 3 * PIXEL, bottom)
+    hidden = bottom > LOWEST_SIGHT and (seen_low.size == 0 or seen_low.mean() < 0.2)
+    if hidden or (under.size and under.mean() > 0.25):
         return box
     return left, right, 0.0, top
 
@@ -190,9 +194,12 @@ def _kind(wall: WallShape, image: WallImage, left: float, right: float, bottom: 
 
 
 def _glazed(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
-    """Whether stations that looked through also saw something in the opening's area: panes return some pulses."""
-    through, saw = (_part(m > 0, left, right, bottom, top) for m in (image.through, image.saw))
-    return bool(through.size and (through & saw).mean() > 0.05)
+    """Whether something hangs in the opening between its sides, within the wall: panes return some pulses, bars and frames all."""
+    along, up = (image.inner - [left + RIM, bottom + RIM]).T
+    width, height = right - left - 2 * RIM, top - bottom - 2 * RIM
+    inside = (along > 0) & (along < width) & (up > 0) & (up < height)
+    cells = np.unique(np.floor(np.stack([along[inside], up[inside]]) / 0.1), axis=1).shape[1]
+    return width > 0 and height > 0 and cells * 0.01 / (width * height) > 0.08
 
 
 def _confidence(kind: str, share: float, jambs: int, lintel: bool) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry import Polygon
+from shapely.geometry import LineString, Polygon
 
 from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
@@ -18,6 +19,7 @@ from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.portals import split_at_portals
+from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import Axis, AxisJoin, find_walls
@@ -39,14 +41,18 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     """Storeys, each with its spaces and walls."""
     layers = layers_of(scene.surfels)
     levels = find_storeys(scene.surfels, layers, settings)
-    storeys: list[StoreyShape] = []
     faces: list[Face] = []
+    depths: list[float] = []
+    rooms: list[Rooms] = []
     for number, level in enumerate(levels):
         plan = plan_of(level, scene.surfels, layers, scene.stations)
         found = find_faces(plan)
-        storeys.append(_storey(plan, found, scene))
+        rooms.append(_rooms(plan, found, scene))
         faces += found
+        depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
+    outer = outer_thickness(depths)
+    storeys = [_storey(r, outer) for r in rooms]
     return StructureShape(tuple(storeys), main_direction(faces), _notes(levels, storeys, scene))
 
 
@@ -64,12 +70,24 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
     return tuple(notes)
 
 
-def _storey(plan: Plan, faces: Sequence[Face], scene: Scene) -> StoreyShape:
-    polygons = find_spaces(plan, faces, list(scene.panoramas.values()))
-    split = [split_at_portals(p) for p in polygons]
-    polygons = [part for parts, _ in split for part in parts]
-    spaces = tuple(_space(p, plan) for p in polygons)
-    axes, joins = find_walls(polygons, [cut for _, cuts in split for cut in cuts])
+@dataclass(frozen=True, slots=True, eq=False)
+class Rooms:
+    """The spaces of one storey and the virtual borders between them."""
+
+    plan: Plan
+    polygons: list[Polygon]
+    cuts: list[LineString]
+
+
+def _rooms(plan: Plan, faces: Sequence[Face], scene: Scene) -> Rooms:
+    split = [split_at_portals(p) for p in find_spaces(plan, faces, list(scene.panoramas.values()))]
+    return Rooms(plan, [part for parts, _ in split for part in parts], [cut for _, cuts in split for cut in cuts])
+
+
+def _storey(rooms: Rooms, outer: float) -> StoreyShape:
+    plan = rooms.plan
+    spaces = tuple(_space(p, plan) for p in rooms.polygons)
+    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer)
     walls = tuple(_wall(number, axis, joins, plan, spaces) for number, axis in enumerate(axes))
     level = plan.levels
     return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, spaces, walls)

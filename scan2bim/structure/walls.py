@@ -89,10 +89,13 @@ class _Border:
         return np.array([-self.direction[1], self.direction[0]])
 
 
-def find_walls(spaces: Sequence[Polygon], cuts: Sequence[LineString] = ()) -> tuple[list[Axis], list[AxisJoin]]:
-    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall stands."""
+def find_walls(
+    spaces: Sequence[Polygon], cuts: Sequence[LineString] = (), outer: float = OUTER
+) -> tuple[list[Axis], list[AxisJoin]]:
+    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall stands; ``outer`` is the
+    thickness (metres) assumed for walls of which one face was seen."""
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
-    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders)]
+    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, outer)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
     axes = _merge(pieces, spaces)
     return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
@@ -109,7 +112,7 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
     return out
 
 
-def _pieces(number: int, borders: Sequence[_Border]) -> list[Axis]:
+def _pieces(number: int, borders: Sequence[_Border], outer: float) -> list[Axis]:
     """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
     own = borders[number]
     stretches: list[tuple[float, float, float, int]] = []
@@ -127,16 +130,16 @@ def _pieces(number: int, borders: Sequence[_Border]) -> list[Axis]:
         over = [s for s in stretches if s[0] <= low + 1e-6 and s[1] >= high - 1e-6]
         nearest = min(over, key=lambda s: s[2], default=None)
         if nearest is None:
-            out.append(_single(own, low, high))
+            out.append(_single(own, low, high, outer))
         elif nearest[3] > number:
             out.append(_double(own, borders[nearest[3]], low, high, nearest[2]))
     return out
 
 
-def _single(own: _Border, low: float, high: float) -> Axis:
-    shift = -own.inward * OUTER / 2
+def _single(own: _Border, low: float, high: float, outer: float) -> Axis:
+    shift = -own.inward * outer / 2
     ends = [own.start + own.direction * t + shift for t in (low, high)]
-    return Axis(ends[0], ends[1], OUTER, False, frozenset({own.space}), frozenset())
+    return Axis(ends[0], ends[1], outer, False, frozenset({own.space}), frozenset())
 
 
 def _double(own: _Border, other: _Border, low: float, high: float, distance: float) -> Axis:
