@@ -5,7 +5,7 @@ Pixels are the surfels' plan columns of 5 cm.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -24,6 +24,8 @@ SMALLEST_CEILING = 7
 """Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
 LOWEST_CEILING = 0.5
 """Clear height, metres, from which a large surface overhead counts as ceiling; low under sloped roofs."""
+CLEAR_SLOPE = 6.0
+"""Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from its back."""
 HIGH = 0.45
 """Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
 F64 = NDArray[np.float64]
@@ -92,10 +94,9 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
     floor = _mask(pixel[on_floor], shape)
     deep = standing & ~(eye < levels.floor) & (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
-    return Plan(
-        levels, origin, floor, ceiling, ceiling_z, _void(floor, _mask(pixel[deep], shape)),
-        _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations),
-    )
+    columns = _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations)
+    void = _void(floor, _mask(pixel[deep], shape))
+    return Plan(levels, origin, floor, ceiling, ceiling_z, void, _facing(columns, floor, ceiling_z))
 
 
 def _soffits(height: F32) -> NDArray[np.bool_]:
@@ -104,6 +105,25 @@ def _soffits(height: F32) -> NDArray[np.bool_]:
     kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
     closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, kernel)
     return np.isfinite(height) & (closed - filled > 0.12) & (closed > -500)
+
+
+def _facing(columns: Columns, floor: U8, ceiling_z: F32) -> Columns:
+    """Columns with ``view`` made up where no station is known: towards where more floor or ceiling was seen.
+
+    Just before a wall's face there is floor and ceiling; just behind it, inside the wall, there is neither.
+    """
+    unknown = np.linalg.norm(columns.view, axis=1) < 0.1
+    if not unknown.any():
+        return columns
+    seen = np.maximum(floor, np.isfinite(ceiling_z).astype(np.uint8)).astype(np.float32)
+    blurred = cv2.boxFilter(seen, -1, (3, 3))
+    slope = np.stack([cv2.Sobel(blurred, cv2.CV_32F, 1, 0, ksize=5), cv2.Sobel(blurred, cv2.CV_32F, 0, 1, ksize=5)], -1)
+    at = columns.pixel[unknown]
+    towards = slope[at[:, 1], at[:, 0]].astype(np.float64)
+    length = np.linalg.norm(towards, axis=1, keepdims=True)
+    view = columns.view.copy()
+    view[unknown] = np.divide(towards, length, out=np.zeros_like(towards), where=length > CLEAR_SLOPE)
+    return replace(columns, view=view)
 
 
 def _void(floor: U8, deep: U8) -> U8:
