@@ -12,6 +12,7 @@ from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
+from scan2bim.openings.virtual import virtual_panoramas
 from scan2bim.openings.wall_image import wall_image
 from scan2bim.structure.shapes import StoreyShape, StructureShape, WallShape
 
@@ -36,8 +37,9 @@ def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[flo
     for number, storey in enumerate(structure.storeys):
         z = scene.surfels.xyz[:, 2]
         near = scene.surfels.pick((z > storey.floor - 0.2) & (z < storey.top + 0.2))
+        panoramas = scene.panoramas or virtual_panoramas(storey, near)
         for index, wall in enumerate(storey.walls):
-            image = wall_image(wall, _beside(near, wall), scene.panoramas)
+            image = wall_image(wall, _beside(near, wall), panoramas)
             found += find_open(number, index, wall, image)
         progress((number + 1) / len(structure.storeys))
     return _once(found, structure.storeys)
