@@ -78,7 +78,8 @@ def _storey(
     wall_ids = distinct(stable_id("wall", number, *sorted((w.start, w.end))) for w in shape.walls)
     mine = [o for o in openings if o.storey == number]
     walls = tuple(
-        _wall(i, wall_ids, space_ids, wall, [o for o in mine if o.wall == i], number, sources) for i, wall in enumerate(shape.walls)
+        _wall(i, wall_ids, space_ids, wall, [o for o in mine if o.wall == i], number, sources)
+        for i, wall in enumerate(shape.walls)
     )
     return Storey(
         id=stable_id("storey", number, round(shape.floor, 1)),
@@ -88,14 +89,18 @@ def _storey(
         walls=walls,
         spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
         slabs=_slabs(number, structure),
-        coverings=tuple(_covering(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None),
+        coverings=tuple(
+            _covering(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
+        ),
     )
 
 
 def _height(shape: StoreyShape) -> Dimension | None:
     if shape.ceiling is None:
         return None
-    return Dimension(value=round(shape.ceiling - shape.floor, 4), source="measured", sigma=round(max(shape.sigma, 0.003), 4))
+    return Dimension(
+        value=round(shape.ceiling - shape.floor, 4), source="measured", sigma=round(max(shape.sigma, 0.003), 4)
+    )
 
 
 def _middle(space: SpaceShape) -> tuple[float, float]:
@@ -118,7 +123,9 @@ def _space(index: int, identifier: str, shape: SpaceShape, storey: StoreyShape, 
         outline=shape.outline,
         holes=shape.holes,
         base=shape.floor,
-        height=Dimension(value=round(max(height, 0.5), 4), source="measured" if seen else "assumed", sigma=0.005 if seen else None),
+        height=Dimension(
+            value=round(max(height, 0.5), 4), source="measured" if seen else "assumed", sigma=0.005 if seen else None
+        ),
         area=round(area, 4),
         volume=round(area * max(height, 0.5), 4),
     )
@@ -130,7 +137,9 @@ def _covering(space_id: str, shape: SpaceShape, number: int, index: int) -> Cove
         id=stable_id("covering", space_id),
         name=f"Ceiling {number}.{index + 1:02d}",
         confidence=round(min(0.98, 0.5 + 0.48 * shape.ceiling_share), 3),
-        evidence=Evidence(coverage=shape.ceiling_share, sentence=f"underside seen on {shape.ceiling_share:.0%} of the area"),
+        evidence=Evidence(
+            coverage=shape.ceiling_share, sentence=f"underside seen on {shape.ceiling_share:.0%} of the area"
+        ),
         outline=shape.outline,
         holes=shape.holes,
         top=Dimension(value=round(under + CEILING, 4), source="measured", sigma=0.003),
@@ -148,18 +157,31 @@ def _slabs(number: int, structure: StructureShape) -> tuple[Slab, ...]:
     below = structure.storeys[number - 1].ceiling if number > 0 else None
     gap = None if below is None else shape.floor - below
     thickness = (
-        Dimension(value=round(gap, 4), source="measured", sigma=0.005) if gap is not None and 0.08 <= gap <= 0.8 else Dimension(value=SLAB, source="assumed")
+        Dimension(value=round(gap, 4), source="measured", sigma=0.005)
+        if gap is not None and 0.08 <= gap <= 0.8
+        else Dimension(value=SLAB, source="assumed")
     )
-    seen = float(np.average([s.floor_share for s in shape.spaces], weights=[s.polygon.area for s in shape.spaces])) if shape.spaces else 0.0
+    seen = (
+        float(np.average([s.floor_share for s in shape.spaces], weights=[s.polygon.area for s in shape.spaces]))
+        if shape.spaces
+        else 0.0
+    )
     pieces = [p for p in shapely.get_parts(plate) if isinstance(p, Polygon) and p.area > 0.5]
     ids = distinct(stable_id("slab", number, *p.representative_point().coords[0]) for p in pieces)
     return tuple(
         Slab(
-            id=i, name=f"Floor slab {number}.{k + 1}", confidence=round(min(0.97, 0.5 + 0.45 * seen), 3),
+            id=i,
+            name=f"Floor slab {number}.{k + 1}",
+            confidence=round(min(0.97, 0.5 + 0.45 * seen), 3),
             evidence=Evidence(coverage=round(seen, 3), sentence=f"upper side seen on {seen:.0%} of the spaces' area"),
             outline=ring_of(shapely.get_coordinates(shapely.orient_polygons(p).exterior)),
-            holes=tuple(ring_of(shapely.get_coordinates(r)) for r in shapely.orient_polygons(p).interiors if Polygon(r).area > 0.3),
-            top=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)), thickness=thickness,
+            holes=tuple(
+                ring_of(shapely.get_coordinates(r))
+                for r in shapely.orient_polygons(p).interiors
+                if Polygon(r).area > 0.3
+            ),
+            top=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)),
+            thickness=thickness,
             use="BASESLAB" if number == 0 else "FLOOR",
         )
         for k, (i, p) in enumerate(zip(ids, pieces, strict=True))
@@ -172,7 +194,12 @@ def _footprint(wall: WallShape) -> Polygon:
 
 
 def _wall(
-    index: int, ids: Sequence[str], space_ids: Sequence[str], shape: WallShape, openings: Sequence[OpeningShape], number: int,
+    index: int,
+    ids: Sequence[str],
+    space_ids: Sequence[str],
+    shape: WallShape,
+    openings: Sequence[OpeningShape],
+    number: int,
     sources: dict[int, ScanSource],
 ) -> Wall:
     measured = shape.thickness_sigma is not None
@@ -182,22 +209,33 @@ def _wall(
         name=f"Wall {number}.{index + 1:02d}",
         confidence=round(_wall_confidence(shape), 3),
         evidence=Evidence(
-            points=shape.points, rms=shape.rms, coverage=shape.coverage, faces_seen=shape.faces, scans=_seen_by(shape.stations, sources),
-            sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, RMS {shape.rms * 1000:.0f} mm"
-            + ("" if measured else "; thickness assumed"),
+            points=shape.points,
+            rms=shape.rms,
+            coverage=shape.coverage,
+            faces_seen=shape.faces,
+            scans=_seen_by(shape.stations, sources),
+            sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, "
+            f"RMS {shape.rms * 1000:.0f} mm" + ("" if measured else "; thickness assumed"),
         ),
         colour=_linear(shape.colour),
         start=shape.start,
         end=shape.end,
-        thickness=Dimension(value=shape.thickness, source="measured" if measured else "assumed", sigma=shape.thickness_sigma),
+        thickness=Dimension(
+            value=shape.thickness, source="measured" if measured else "assumed", sigma=shape.thickness_sigma
+        ),
         base=shape.base,
         height=Dimension(
-            value=round(max(shape.top - shape.base, 0.3), 4), source="measured" if shape.top_seen else "assumed", sigma=0.005 if shape.top_seen else None
+            value=round(max(shape.top - shape.base, 0.3), 4),
+            source="measured" if shape.top_seen else "assumed",
+            sigma=0.005 if shape.top_seen else None,
         ),
         external=None if measured else True,
         left_spaces=tuple(space_ids[s] for s in shape.left),
         right_spaces=tuple(space_ids[s] for s in shape.right),
-        joins=tuple(Join.model_validate({"wall": ids[j.other], "at": j.at, "other_at": j.other_at, "kind": j.kind}) for j in shape.joins),
+        joins=tuple(
+            Join.model_validate({"wall": ids[j.other], "at": j.at, "other_at": j.other_at, "kind": j.kind})
+            for j in shape.joins
+        ),
         openings=tuple(_opening(ids[index], o, k, index, number, sources) for k, o in enumerate(openings)),
     )
 
@@ -224,12 +262,20 @@ def _opening(
     place = f"{number}.{wall + 1:02d}.{index + 1}"
     identifier = stable_id("opening", wall_id, shape.offset + shape.width / 2, shape.sill + shape.height / 2)
     evidence = Evidence(
-        points=shape.points, coverage=shape.looked_through, scans=_seen_by(shape.stations, sources), sentence=_sentence(shape)
+        points=shape.points,
+        coverage=shape.looked_through,
+        scans=_seen_by(shape.stations, sources),
+        sentence=_sentence(shape),
     )
     return Opening(
-        id=identifier, name=f"Opening {place}", confidence=shape.confidence, evidence=evidence,
-        offset=_length(shape.offset, shape.width_sigma), sill=_length(shape.sill, shape.height_sigma),
-        width=_length(shape.width, shape.width_sigma), height=_length(shape.height, shape.height_sigma),
+        id=identifier,
+        name=f"Opening {place}",
+        confidence=shape.confidence,
+        evidence=evidence,
+        offset=_length(shape.offset, shape.width_sigma),
+        sill=_length(shape.sill, shape.height_sigma),
+        width=_length(shape.width, shape.width_sigma),
+        height=_length(shape.height, shape.height_sigma),
         fill=_fill(identifier, shape, place, evidence),
     )
 

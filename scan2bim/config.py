@@ -71,7 +71,7 @@ class ReadSettings(Section):
         default=448,
         ge=48,
         le=2048,
-        description="Most cells along an edge of a station's cube-map panorama; 448 is 0.2 degrees, 2 cm at 5 m, 2.4 MB a station.",
+        description="Most cells along an edge of a station's cube-map panorama; 448: 0.2 degrees, 2 cm at 5 m, 2.4 MB.",
     )
 
 

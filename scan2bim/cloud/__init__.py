@@ -1,0 +1,1 @@
+"""Points on disk, panoramas, surfels: what reading leaves for the later stages."""

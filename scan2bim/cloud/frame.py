@@ -17,7 +17,8 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SurveyFrame:
-    """``unit`` metres per file unit, file axis ``up`` that points up, ``shift`` (metres, after both) taken off, ``crs`` if known.
+    """``unit`` metres per file unit, file axis ``up`` that points up, ``shift`` (metres, after both) taken off, ``crs``
+    if known.
 
     ``notes`` say in words what was found or assumed.
     """
@@ -59,8 +60,10 @@ def up_rotation(up: Up) -> F64:
     sign = -1.0 if up.startswith("-") else 1.0
     match up[-1]:
         case "x":
-            return np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]) if sign > 0 else np.array(
-                [[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
+            return (
+                np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+                if sign > 0
+                else np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
             )
         case "y":
             return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -sign], [0.0, sign, 0.0]])

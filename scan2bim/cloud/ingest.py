@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from json import dumps, loads
+from dataclasses import dataclass
 from pathlib import Path
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.panorama import Panorama, add_hits, add_misses, edge_for
@@ -22,7 +22,9 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True)
 class ScanSummary:
-    """What the read stage found in a scan: station number, points kept and dropped, local bounds, position of the scanner."""
+    """What the read stage found in a scan: station number, points kept and dropped, local bounds, position of the
+    scanner.
+    """
 
     station: int
     name: str
@@ -36,10 +38,7 @@ class ScanSummary:
     @staticmethod
     def load(folder: Path) -> ScanSummary:
         """Of the scan whose results lie in ``folder``."""
-        data = loads((folder / "summary.json").read_text(encoding="utf-8"))
-        for key in ("lower", "upper", "position"):
-            data[key] = None if data[key] is None else tuple(data[key])
-        return ScanSummary(**data)
+        return TypeAdapter(ScanSummary).validate_json((folder / "summary.json").read_bytes())
 
 
 def ingest_scan(
@@ -51,7 +50,9 @@ def ingest_scan(
     settings: ReadSettings,
     progress: Progress,
 ) -> None:
-    """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, summary.json and, with a pose, panorama.npz."""
+    """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, summary.json and, with a pose,
+    panorama.npz.
+    """
     matrix, offset = frame.of_scan(header)
     position = None if header.pose is None else frame.position_of(header)
     ranges = _empty_ranges(header, settings) if position is not None else None
@@ -73,9 +74,16 @@ def ingest_scan(
     if ranges is not None and position is not None:
         Panorama(position, ranges).save(folder / "panorama.npz")
     summary = ScanSummary(
-        station, header.name, kept, dropped, _three(low), _three(high), None if position is None else _three(position), header.has_colour
+        station,
+        header.name,
+        kept,
+        dropped,
+        _three(low),
+        _three(high),
+        None if position is None else _three(position),
+        header.has_colour,
     )
-    (folder / "summary.json").write_text(dumps(asdict(summary)), encoding="utf-8")
+    (folder / "summary.json").write_bytes(TypeAdapter(ScanSummary).dump_json(summary))
 
 
 def _three(values: NDArray[np.float64]) -> tuple[float, float, float]:

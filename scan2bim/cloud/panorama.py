@@ -1,8 +1,8 @@
 """Depth panorama of a station: what it saw, by direction (design: the memory of the station).
 
-A cube map: six square faces of ``edge`` x ``edge`` cells round the station, axes parallel to the building's local frame.
-Each cell keeps the nearest range seen in it, or marks that a pulse went out and nothing came back. Cube faces need no
-trigonometry and their cells differ in solid angle by a factor of five at most.
+A cube map: six square faces of ``edge`` x ``edge`` cells round the station, axes parallel to the building's local
+frame. Each cell keeps the nearest range seen in it, or marks that a pulse went out and nothing came back. Cube faces
+need no trigonometry and their cells differ in solid angle by a factor of five at most.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Panorama:
 
 
 def edge_for(step: float, limit: int) -> int:
-    """Cells along a cube edge so that a cell holds at least one pulse of a scan with ``step`` radians between pulses."""
+    """Cells along a cube edge so that each holds at least one pulse, with ``step`` radians between pulses."""
     return int(np.clip(2.0 / max(step, 1e-4) * 0.5, 48, limit))
 
 
@@ -106,7 +106,8 @@ def add_misses(directions, ranges):  # pyright: ignore
 
 @nb.njit(cache=True, nogil=True)
 def seen_through(points, position, ranges, margin):  # pyright: ignore
-    """What a station says of each of ``points`` (n, 3) float32: 1 looked through it, 2 saw it, 3 was blocked before it, 0 nothing.
+    """What a station says of each of ``points`` (n, 3) float32: 1 looked through it, 2 saw it, 3 was blocked before it,
+    0 nothing.
 
     ``margin`` in metres is the half-width of "saw it".
     """
@@ -175,10 +176,11 @@ def _agreeing(points, position, ranges, out):  # pyright: ignore
 
 
 def agreement(points: F32, station: NDArray[np.uint16], panoramas: dict[int, Panorama]) -> F32:
-    """How far each point (n, 3) agrees with what its own station saw round it, (n,) in 0-1; 1 where the station is unknown.
+    """How far each point (n, 3) agrees with what its own station saw round it, (n,) in 0-1; 1 where the station is
+    unknown.
 
-    A surface fills its neighbourhood. A point that hangs alone before or behind what its neighbours saw is a mixed pixel, a
-    reflection in a pane, dust, or a thin thing: nothing to build walls from.
+    A surface fills its neighbourhood. A point that hangs alone before or behind what its neighbours saw is a mixed
+    pixel, a reflection in a pane, dust, or a thin thing: nothing to build walls from.
     """
     share = np.ones(len(points), np.float32)
     order = np.argsort(station, kind="stable")

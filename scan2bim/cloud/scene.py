@@ -19,7 +19,9 @@ TRUST = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Trusted surfels; ``panoramas`` by station number; ``stations`` (s, 3) positions by station number, nan where unknown."""
+    """Trusted surfels; ``panoramas`` by station number; ``stations`` (s, 3) positions by station number, nan where
+    unknown.
+    """
 
     surfels: Surfels
     panoramas: dict[int, Panorama]

@@ -23,13 +23,17 @@ PLAN = 0.05
 TALL = 0.10
 """Height of a voxel, metres: walls are tall, so more points share a voxel where a scan is sparse."""
 NX, NZ = round(TILE / PLAN), round(TILE / TALL)
-SURFEL = np.dtype([("xyz", "<f4", (3,)), ("count", "<u4"), ("rgb", "u1", (3,)), ("grey", "u1"), ("station", "<u2"), ("dz", "<f2")])
+SURFEL = np.dtype(
+    [("xyz", "<f4", (3,)), ("count", "<u4"), ("rgb", "u1", (3,)), ("grey", "u1"), ("station", "<u2"), ("dz", "<f2")]
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surfels:
-    """Arrays over n surfels: ``xyz`` (n, 3) float32 mean position, local metres; ``count`` (n,) points; ``rgb`` (n, 3) uint8;
-    ``station`` (n,) uint16 of the last scan that saw it; ``spread`` (n,) float32 standard deviation of z inside the voxel, metres."""
+    """Arrays over n surfels: ``xyz`` (n, 3) float32 mean position, local metres; ``count`` (n,) points; ``rgb`` (n, 3)
+    uint8; ``station`` (n,) uint16 of the last scan that saw it; ``spread`` (n,) float32 standard deviation of z inside
+    the voxel, metres.
+    """
 
     xyz: NDArray[np.float32]
     count: NDArray[np.uint32]
@@ -49,12 +53,17 @@ class Surfels:
         """All surfels of the building."""
         data = np.fromfile(folder / "surfels.bin", SURFEL)
         return Surfels(
-            np.ascontiguousarray(data["xyz"]), data["count"].copy(), np.ascontiguousarray(data["rgb"]), data["station"].copy(),
+            np.ascontiguousarray(data["xyz"]),
+            data["count"].copy(),
+            np.ascontiguousarray(data["rgb"]),
+            data["station"].copy(),
             data["dz"].astype(np.float32),
         )
 
 
-def make_surfels(scan_folders: Sequence[Path], folder: Path, settings: SurfelSettings, progress: Callable[[float], None]) -> None:
+def make_surfels(
+    scan_folders: Sequence[Path], folder: Path, settings: SurfelSettings, progress: Callable[[float], None]
+) -> None:
     """Merge the tiles of all scans into ``folder``/surfels.bin (dtype SURFEL), tile by tile in a fixed order."""
     indices = [TileIndex.load(f) for f in scan_folders]
     tiles = np.unique(np.concatenate([index.runs["tile"] for index in indices]), axis=0)
@@ -73,7 +82,7 @@ def _tile_set(index: TileIndex) -> set[tuple[int, ...]]:
 
 
 def _merge(points: NDArray[np.void], tile: NDArray[np.int32], slots: NDArray[np.int32]) -> NDArray[np.void]:
-    """Surfels (dtype SURFEL) of one tile's points (dtype POINT), sorted by voxel; ``slots`` is scratch space, all -1."""
+    """Surfels (dtype SURFEL) of one tile's points (dtype POINT), sorted by voxel; ``slots`` is scratch, all -1."""
     raw = points.view(np.uint8).reshape(-1, POINT.itemsize)
     sums, station, cells = _accumulate(raw, slots, np.float32(TILE / STEPS))
     out = np.zeros(len(cells), SURFEL)

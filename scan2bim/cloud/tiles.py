@@ -1,8 +1,8 @@
 """Points of one scan on disk, grouped by tile, in 12 bytes each.
 
-A tile is a cube of 8 m in the building's local frame. Coordinates in it are uint16 in steps of 8 m / 65536 = 0.12 mm, far below
-the noise of any scanner. A scan's points lie in one file, chunk after chunk, each chunk sorted by tile; the index says which run
-of records belongs to which tile.
+A tile is a cube of 8 m in the building's local frame. Coordinates in it are uint16 in steps of 8 m / 65536 = 0.12 mm,
+far below the noise of any scanner. A scan's points lie in one file, chunk after chunk, each chunk sorted by tile; the
+index says which run of records belongs to which tile.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from scan2bim.errors import ResourceError
 
 TILE = 8.0
-"""Edge of a tile, metres: small enough for dense grids in a tile (5 cm: 2 M cells), large enough to keep the index short."""
+"""Edge of a tile, metres: small enough for dense grids in a tile (5 cm: 2 M cells), large enough to keep the index
+short.
+"""
 STEPS = 65_536
 POINT = np.dtype(
     [("x", "<u2"), ("y", "<u2"), ("z", "<u2"), ("r", "u1"), ("g", "u1"), ("b", "u1"), ("i", "u1"), ("station", "<u2")]
@@ -59,7 +61,9 @@ class TileWriter:
             order = np.lexsort((runs["start"], runs["tile"][:, 2], runs["tile"][:, 1], runs["tile"][:, 0]))
             np.save(self._folder / "runs.npy", runs[order])
 
-    def add(self, local: NDArray[np.float32], rgb: NDArray[np.uint8], grey: NDArray[np.uint8], station: NDArray[np.uint16]) -> None:
+    def add(
+        self, local: NDArray[np.float32], rgb: NDArray[np.uint8], grey: NDArray[np.uint8], station: NDArray[np.uint16]
+    ) -> None:
         """Append a chunk: colour (n, 3) uint8, grey (n,) uint8 intensity, station (n,) uint16."""
         slots, keys, counts = _group(local, np.float32(1.0 / TILE))
         if len(keys) > MAX_TILES_A_CHUNK:
@@ -70,7 +74,9 @@ class TileWriter:
         starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
         records = np.empty(len(local), POINT)
         flat = records.view(np.uint8).reshape(-1, POINT.itemsize)
-        _scatter(local, rgb, grey, station, slots, starts.copy(), np.float32(STEPS / TILE), keys, np.float32(TILE), flat)
+        _scatter(
+            local, rgb, grey, station, slots, starts.copy(), np.float32(STEPS / TILE), keys, np.float32(TILE), flat
+        )
         self._file.write(records.data)
         runs = np.zeros(len(keys), RUN)
         runs["tile"], runs["start"], runs["count"] = keys, self._written + starts, counts

@@ -1,0 +1,1 @@
+"""Pure maths on arrays: meshes, rasters, ray casting."""

@@ -1,0 +1,1 @@
+"""Openings in walls: doors, windows, passages."""

@@ -1,7 +1,7 @@
 """Open doors, passages and windows: rectangles in a wall that stations looked through (the paper's section IV).
 
-Centroids are clustered by region growing; a cluster's rectangle comes from lateral histograms, and its sides are then moved to the
-reveals, the surfaces inside the wall's thickness, which are good to millimetres.
+Centroids are clustered by region growing; a cluster's rectangle comes from lateral histograms, and its sides are then
+moved to the reveals, the surfaces inside the wall's thickness, which are good to millimetres.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.shapes import OpeningShape
+from scan2bim.geometry.raster import closed, opened
+from scan2bim.openings.shapes import Kind, OpeningShape
 from scan2bim.openings.wall_image import PIXEL, WallImage
 from scan2bim.structure.shapes import WallShape
 
@@ -39,8 +40,7 @@ F64 = NDArray[np.float64]
 
 def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
     """Openings of one wall that were looked through."""
-    mask = cv2.morphologyEx(image.opening.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((4, 4), np.uint8))
+    mask = opened(closed(image.opening.astype(np.uint8), 3), 4)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     large = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
     boxes = [box for k in large if (box := _rectangle(labels == k)) is not None]
@@ -50,7 +50,9 @@ def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> li
 
 
 def _to_floor(box: Box, image: WallImage) -> Box:
-    """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the floor."""
+    """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the
+    floor.
+    """
     left, right, bottom, top = box
     under = _part(image.data, left + PIXEL, right - PIXEL, 2 * PIXEL, bottom)
     seen_low = _part(image.through > 0, left + PIXEL, right - PIXEL, 3 * PIXEL, bottom)
@@ -105,7 +107,7 @@ def _same_opening(a: Box, b: Box) -> bool:
 
 
 def _rectangle(region: NDArray[np.bool_]) -> Box | None:
-    """Left, right, bottom, top (metres) of a cluster by its lateral histograms; None if it fills its rectangle badly."""
+    """Left, right, bottom, top (metres) of a cluster by its lateral histograms; None if it fills it badly."""
     columns, rows = region.sum(0), region.sum(1)
     left, right = _span(columns, SHARE * float(np.percentile(columns[columns > 0], 90)))
     bottom, top = _span(rows, SHARE * float(np.percentile(rows[rows > 0], 90)))
@@ -120,9 +122,7 @@ def _span(histogram: NDArray[np.int64], least: float) -> tuple[int, int]:
     return (int(at[0]), int(at[-1]) + 1) if len(at) else (0, 0)
 
 
-def _refined(
-    storey: int, number: int, wall: WallShape, image: WallImage, box: Box
-) -> OpeningShape | None:
+def _refined(storey: int, number: int, wall: WallShape, image: WallImage, box: Box) -> OpeningShape | None:
     """Sides moved to the reveals, then told apart: door, window or passage."""
     left, right, bottom, top = box
     along, up = image.inner[:, 0], image.inner[:, 1]
@@ -141,14 +141,24 @@ def _refined(
     if width < NARROWEST - 0.1 or height < 0.3:
         return None
     lintel = _wall_above(image, left, right, top)
-    kind = _kind(wall, image, left, right, bottom, top, lintel)
+    kind = _kind(wall, image, (left, right, bottom, top), lintel)
     inside = _part(image.opening, left, right, bottom, top)
     share = float(inside.mean()) if inside.size else 0.0
     jambs = int(left_points > 0) + int(right_points > 0)
     return OpeningShape(
-        storey, number, kind, "open" if kind == "door" else "unknown",
-        round(left, 4), round(bottom, 4), round(width, 4), round(height, 4),
-        0.005 if jambs == 2 else PIXEL / 2, 0.005 if head_points else PIXEL / 2, round(share, 3), jambs, lintel,
+        storey,
+        number,
+        kind,
+        "open" if kind == "door" else "unknown",
+        round(left, 4),
+        round(bottom, 4),
+        round(width, 4),
+        round(height, 4),
+        0.005 if jambs == 2 else PIXEL / 2,
+        0.005 if head_points else PIXEL / 2,
+        round(share, 3),
+        jambs,
+        lintel,
         left_points + right_points + head_points,
         tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, left, right, bottom, top).any())),
         round(_confidence(kind, share, jambs, lintel), 3),
@@ -156,7 +166,9 @@ def _refined(
 
 
 def _edge(place: F64, points: NDArray[np.int64], rough: float, inward: float) -> tuple[float, int]:
-    """The reveal nearest to a rough edge: median place of the most crowded 2 cm within reach, and its points; the rough edge if none."""
+    """The reveal nearest to a rough edge: median place of the most crowded 2 cm within reach, and its points; the rough
+    edge if none.
+    """
     near = np.abs(place - rough) < REVEAL
     if near.sum() < 4:
         return rough, 0
@@ -182,7 +194,8 @@ def _wall_above(image: WallImage, left: float, right: float, top: float) -> bool
     return bool(above.size and above.mean() > 0.3)
 
 
-def _kind(wall: WallShape, image: WallImage, left: float, right: float, bottom: float, top: float, lintel: bool) -> str:
+def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
+    left, right, bottom, top = box
     if bottom > HIGHEST_SILL:
         return "window"
     outer = not (wall.left and wall.right)
@@ -194,7 +207,9 @@ def _kind(wall: WallShape, image: WallImage, left: float, right: float, bottom: 
 
 
 def _glazed(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
-    """Whether something hangs in the opening between its sides, within the wall: panes return some pulses, bars and frames all."""
+    """Whether something hangs in the opening between its sides, within the wall: panes return some pulses, bars and
+    frames all.
+    """
     along, up = (image.inner - [left + RIM, bottom + RIM]).T
     width, height = right - left - 2 * RIM, top - bottom - 2 * RIM
     inside = (along > 0) & (along < width) & (up > 0) & (up < height)
@@ -202,5 +217,7 @@ def _glazed(image: WallImage, left: float, right: float, bottom: float, top: flo
     return width > 0 and height > 0 and cells * 0.01 / (width * height) > 0.08
 
 
-def _confidence(kind: str, share: float, jambs: int, lintel: bool) -> float:
-    return min(0.97, 0.35 + 0.35 * share + 0.1 * jambs + (0.1 if lintel else 0.0) - (0.05 if kind == "passage" else 0.0))
+def _confidence(kind: Kind, share: float, jambs: int, lintel: bool) -> float:
+    return min(
+        0.97, 0.35 + 0.35 * share + 0.1 * jambs + (0.1 if lintel else 0.0) - (0.05 if kind == "passage" else 0.0)
+    )

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+
+from pydantic import TypeAdapter
+
+Kind = Literal["door", "window", "passage"]
 
 
 @dataclass(frozen=True, slots=True)
 class OpeningShape:
-    """A rectangular opening of wall ``wall`` of storey ``storey``: ``offset`` along its axis from its start to the nearer jamb, ``sill`` over
-    the wall's base, ``width`` and ``height``, metres, each with its sigma, or None where assumed.
+    """A rectangular opening of wall ``wall`` of storey ``storey``: ``offset`` along its axis from its start to the
+    nearer jamb, ``sill`` over the wall's base, ``width`` and ``height``, metres, each with its sigma, or None where
+    assumed.
 
-    ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its sides show a reveal,
-    ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through.
+    ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its sides show
+    a reveal, ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through.
     """
 
     storey: int
     wall: int
-    kind: Literal["door", "window", "passage"]
+    kind: Kind
     state: Literal["open", "ajar", "closed", "unknown"]
     offset: float
     sill: float
@@ -38,9 +42,9 @@ class OpeningShape:
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:
     """Write as JSON."""
-    path.write_text(json.dumps([asdict(o) for o in openings]), encoding="utf-8")
+    path.write_bytes(TypeAdapter(tuple[OpeningShape, ...]).dump_json(tuple(openings)))
 
 
 def load_openings(path: Path) -> tuple[OpeningShape, ...]:
     """Read what ``save_openings`` wrote."""
-    return tuple(OpeningShape(**(d | {"stations": tuple(d["stations"])})) for d in json.loads(path.read_text(encoding="utf-8")))
+    return TypeAdapter(tuple[OpeningShape, ...]).validate_json(path.read_bytes())

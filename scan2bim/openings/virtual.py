@@ -1,4 +1,5 @@
-"""Virtual stations for clouds without scanner positions: what a scanner in each space would have seen of the merged cloud.
+"""Virtual stations for clouds without scanner positions: what a scanner in each space would have seen of the merged
+cloud.
 
 A made-up panorama knows no pulse that went out and did not return, so windows with nothing behind them stay unseen.
 """
@@ -73,7 +74,9 @@ def is_virtual(stations: Sequence[int]) -> bool:
 
 @nb.njit(cache=True, nogil=True)
 def _draw(points, position, ranges, radius):  # pyright: ignore
-    """Nearest range of each cell when every point is drawn as a disc of ``radius`` metres towards the station; in place."""
+    """Nearest range of each cell when every point is drawn as a disc of ``radius`` metres towards the station; in
+    place.
+    """
     edge = ranges.shape[1]
     for i in range(points.shape[0]):
         dx = points[i, 0] - position[0]
@@ -83,7 +86,7 @@ def _draw(points, position, ranges, radius):  # pyright: ignore
         if d < 0.2:
             continue
         f, a, b = cube_cell(dx, dy, dz, edge)
-        m = max(abs(dx), max(abs(dy), abs(dz)))
+        m = max(abs(dx), abs(dy), abs(dz))
         spread = int(np.ceil(radius / m * 0.5 * edge))
         for u in range(max(a - spread, 0), min(a + spread + 1, edge)):
             for v in range(max(b - spread, 0), min(b + spread + 1, edge)):

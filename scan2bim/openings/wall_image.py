@@ -1,7 +1,8 @@
-"""The image of a wall: for each pixel of its middle plane, whether there is data, or a station looked through, or neither.
+"""The image of a wall: for each pixel of its middle plane, whether there is data, or a station looked through, or
+neither.
 
-The paper's image I (section IV.B) of data, centroids and no-data, with pixels of 5 cm instead of voxels of 20 cm: a pixel is a
-*centroid* (voxel label Opening) where the panorama of a station shows that its rays went on behind the wall.
+The paper's image I (section IV.B) of data, centroids and no-data, with pixels of 5 cm instead of voxels of 20 cm: a
+pixel is a *centroid* (voxel label Opening) where the panorama of a station shows that its rays went on behind the wall.
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallImage:
-    """Rasters (rows bottom up, columns along the axis). ``data`` surfels on either face; ``through`` how many stations looked through; ``saw`` how
-    many saw something in the wall there; ``inner`` (k, 2) along and up, metres, of surfels inside the wall's thickness: reveals, frames,
-    leaves; ``inner_points`` (k,) their scan points; ``lookers`` stations that looked through anywhere.
+    """Rasters (rows bottom up, columns along the axis). ``data`` surfels on either face; ``through`` how many stations
+    looked through; ``saw`` how many saw something in the wall there; ``inner`` (k, 2) along and up, metres, of surfels
+    inside the wall's thickness: reveals, frames, leaves; ``inner_points`` (k,) their scan points; ``lookers`` stations
+    that looked through anywhere.
     """
 
     data: NDArray[np.bool_]
@@ -41,7 +43,9 @@ class WallImage:
 
     @property
     def opening(self) -> NDArray[np.bool_]:
-        """The paper's centroids: looked through, by at least as many as saw something there, and without data on the faces."""
+        """The paper's centroids: looked through, by at least as many as saw something there, and without data on the
+        faces.
+        """
         return (self.through > 0) & (self.through >= self.saw) & ~self.data
 
 
@@ -61,8 +65,12 @@ def wall_image(wall: WallShape, surfels: Surfels, panoramas: Mapping[int, Panora
     inside = within & (np.abs(across) < half - min(SKIN, 0.3 * half))
     through, saw, lookers = _through(start, direction, normal, shape, wall, panoramas)
     return WallImage(
-        _raster(along[on_face], up[on_face], shape), through, saw,
-        np.stack([along[inside], up[inside]], 1), surfels.count[inside].astype(np.int64), lookers,
+        _raster(along[on_face], up[on_face], shape),
+        through,
+        saw,
+        np.stack([along[inside], up[inside]], 1),
+        surfels.count[inside].astype(np.int64),
+        lookers,
     )
 
 

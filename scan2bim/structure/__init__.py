@@ -1,0 +1,1 @@
+"""Structure of the building: frame, storeys, wall faces, spaces, walls."""

@@ -28,7 +28,11 @@ F64 = NDArray[np.float64]
 
 
 def find_structure(
-    surfel_folder: Path, scan_folders: Sequence[Path], folder: Path, settings: StructureSettings, progress: Callable[[float], None]
+    surfel_folder: Path,
+    scan_folders: Sequence[Path],
+    folder: Path,
+    settings: StructureSettings,
+    progress: Callable[[float], None],
 ) -> None:
     """Find the building's structure and write it to ``folder``/structure.json."""
     scene = load_scene(surfel_folder, scan_folders)
@@ -59,7 +63,9 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
 def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene: Scene) -> tuple[str, ...]:
     notes: list[str] = []
     if not levels:
-        notes.append("No floor was found: no surface of 3 m2 or more with room to stand above it. The model has no storey.")
+        notes.append(
+            "No floor was found: no surface of 3 m2 or more with room to stand above it. The model has no storey."
+        )
     if not scene.panoramas:
         notes.append("No scanner positions are known: what was looked through cannot be told from what was never seen.")
     for number, (level, storey) in enumerate(zip(levels, storeys, strict=True)):
@@ -127,18 +133,33 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces
     seen = len(np.unique(np.floor(along / PLAN))) * PLAN / max(axis.length, PLAN) if len(at) else 0.0
     colour = np.median(columns.rgb[at], axis=0) if len(at) else np.full(3, 200.0)
     stations = np.unique(columns.station[at])
-    start, end = ring_of([axis.start, axis.end])
+    start, end = ring_of(np.array([axis.start, axis.end]))
     return WallShape(
-        start, end, round(axis.thickness, 4), round(max(0.001, rms), 4) if axis.measured else None,
-        round(plan.levels.floor, 4), round(top, 4), bool(ceilings), tuple(sorted(axis.left)), tuple(sorted(axis.right)),
-        round(rms, 4), int(columns.points[at].sum()), round(min(1.0, seen / (2.0 if axis.measured else 1.0)), 3),
-        2 if axis.measured else 1, tuple(int(s) for s in stations), (int(colour[0]), int(colour[1]), int(colour[2])),
-        tuple(JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number),
+        start,
+        end,
+        round(axis.thickness, 4),
+        round(max(0.001, rms), 4) if axis.measured else None,
+        round(plan.levels.floor, 4),
+        round(top, 4),
+        bool(ceilings),
+        tuple(sorted(axis.left)),
+        tuple(sorted(axis.right)),
+        round(rms, 4),
+        int(columns.points[at].sum()),
+        round(min(1.0, seen / (2.0 if axis.measured else 1.0)), 3),
+        2 if axis.measured else 1,
+        tuple(int(s) for s in stations),
+        (int(colour[0]), int(colour[1]), int(colour[2])),
+        tuple(
+            JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number
+        ),
     )
 
 
 def _columns_on(axis: Axis, plan: Plan) -> tuple[NDArray[np.int64], F64, F64]:
-    """Columns on the wall's faces: their numbers, place along it (the second face beyond the first), distance to the face."""
+    """Columns on the wall's faces: their numbers, place along it (the second face beyond the first), distance to the
+    face.
+    """
     offset = plan.columns.xy - axis.start
     along, across = offset @ axis.direction, offset @ axis.normal
     parts: list[tuple[NDArray[np.int64], F64, F64]] = []
@@ -147,4 +168,8 @@ def _columns_on(axis: Axis, plan: Plan) -> tuple[NDArray[np.int64], F64, F64]:
         on = np.flatnonzero((np.abs(distance) < BAND) & (along > 0) & (along < axis.length))
         if spaces:
             parts.append((on, along[on] + shift, distance[on]))
-    return (np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), np.concatenate([p[2] for p in parts]))
+    return (
+        np.concatenate([p[0] for p in parts]),
+        np.concatenate([p[1] for p in parts]),
+        np.concatenate([p[2] for p in parts]),
+    )

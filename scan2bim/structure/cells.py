@@ -1,7 +1,8 @@
-"""Cell complex: the lines of the wall faces cut the storey's plan into cells, which one global optimisation labels space or solid.
+"""Cell complex: the lines of the wall faces cut the storey's plan into cells, which one global optimisation labels
+space or solid.
 
-Design: "Cell complex plus global optimisation". Spaces come out closed, and a door does not leak, because a label may change only
-along cell edges and pays for every metre of edge on which no face was seen.
+Design: "Cell complex plus global optimisation". Spaces come out closed, and a door does not leak, because a label may
+change only along cell edges and pays for every metre of edge on which no face was seen.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.panorama import Panorama, free_of
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, is_recess, main_direction
 from scan2bim.structure.plan import Plan
 
@@ -37,7 +39,9 @@ SIDE = 0.5
 WALL_DEPTH = 0.5
 """Metres behind a face for which it speaks: the larger a cell behind it, the less of it is that wall."""
 FREE = 0.1
-"""Evidence per square metre where a station looked through just below ceiling height but no ceiling was seen: open wells, but also outdoors."""
+"""Evidence per square metre where a station looked through just below ceiling height but no ceiling was seen: open
+wells, but also outdoors.
+"""
 NOTHING = -0.2
 """Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
 SLIT = 0.03
@@ -54,8 +58,10 @@ I64 = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """``polygons`` (c,) shapely; ``edges`` (e, 2) the cells on both sides of an inner edge, ``ends`` (e, 2, 2) its end points, ``covered`` (e,) 0-1 the
-    share of it on which a face was seen; ``evidence`` (c,) square metres, positive for space."""
+    """``polygons`` (c,) shapely; ``edges`` (e, 2) the cells on both sides of an inner edge, ``ends`` (e, 2, 2) its end
+    points, ``covered`` (e,) 0-1 the share of it on which a face was seen; ``evidence`` (c,) square metres, positive for
+    space.
+    """
 
     polygons: NDArray[np.object_]
     edges: I64
@@ -84,18 +90,17 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
         score[floor & (score < 0)] = 0.1
         score[ceiling] = 1.0
     else:
-        closed = cv2.morphologyEx(plan.floor, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)) > 0
-        score[closed | ceiling] = 0.8
+        score[(closed(plan.floor, 5) > 0) | ceiling] = 0.8
     score[plan.void > 0] = NOTHING
     return score
 
 
 def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> list[Face]:
-    """Lines along the building's main directions where the evidence for space ends and no wall face was seen: glass fronts, cupboard rows,
-    stair wells. They only cut; nothing was seen on them."""
+    """Lines along the building's main directions where the evidence for space ends and no wall face was seen: glass
+    fronts, cupboard rows, stair wells. They only cut; nothing was seen on them.
+    """
     main = main_direction(list(faces))
-    space = cv2.morphologyEx((score > 0.5).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
-    space = cv2.morphologyEx(space, cv2.MORPH_OPEN, np.ones((7, 7), np.uint8))
+    space = opened(closed((score > 0.5).astype(np.uint8), 9), 7)
     found: list[Face] = []
     for angle in (main, main + np.pi / 2):
         normal = np.array([-np.sin(angle), np.cos(angle)])
@@ -109,7 +114,9 @@ def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) ->
 
 
 def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
-    """Lines through crowds of points (n, 2) that lie in line, ``normal`` towards the space; none where a face is known within 15 cm."""
+    """Lines through crowds of points (n, 2) that lie in line, ``normal`` towards the space; none where a face is known
+    within 15 cm.
+    """
     found: list[Face] = []
     direction = np.array([normal[1], -normal[0]])
     off, along = xy @ normal, xy @ direction
@@ -128,7 +135,9 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
         for run in np.split(t, np.flatnonzero(np.diff(t) > 0.6) + 1):
             if run[-1] - run[0] > LONGEST_BARE:
                 centre = normal * float(np.median(off[on])) + direction * 0.0
-                found.append(Face(centre, normal, float(run[0]), float(run[-1]), np.zeros(0, np.int64), PLAN, 0.0, False))
+                found.append(
+                    Face(centre, normal, float(run[0]), float(run[-1]), np.zeros(0, np.int64), PLAN, 0.0, False)
+                )
         if counts[best] * PLAN < LONGEST_BARE:
             break
         off, along = off[~on], along[~on]
@@ -141,7 +150,9 @@ def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
     ceiling = plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top
     height = ceiling - 0.2
     y, x = np.mgrid[0:rows:2, 0:cols:2]
-    points = np.stack([x.ravel() * PLAN + plan.origin[0], y.ravel() * PLAN + plan.origin[1], np.full(x.size, height)], 1)
+    points = np.stack(
+        [x.ravel() * PLAN + plan.origin[0], y.ravel() * PLAN + plan.origin[1], np.full(x.size, height)], 1
+    )
     near = [p for p in panoramas if plan.levels.floor - 0.5 < p.position[2] < plan.levels.top + 0.5]
     free = np.zeros(x.size, np.uint8)
     for panorama in near:
@@ -162,7 +173,11 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     key = _edge_keys(ends)
     _, inverse = np.unique(key, axis=0, return_inverse=True)
     order = np.argsort(inverse, kind="stable")
-    pair = order[np.flatnonzero(np.diff(inverse[order]) == 0)[:, None] + np.array([0, 1])] if len(order) > 1 else np.zeros((0, 2), np.int64)
+    pair = (
+        order[np.flatnonzero(np.diff(inverse[order]) == 0)[:, None] + np.array([0, 1])]
+        if len(order) > 1
+        else np.zeros((0, 2), np.int64)
+    )
     covered_left, covered_right, bridged = _coverage(ends, faces, plan)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
@@ -214,15 +229,18 @@ def _edge_keys(ends: F64) -> I64:
 
 
 def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64, F64]:
-    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge (unsided faces give half to both),
-    and the share that lies between the ends of a face, seen or not: across a door, behind a cupboard."""
+    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge (unsided
+    faces give half to both), and the share that lies between the ends of a face, seen or not: across a door, behind a
+    cupboard.
+    """
     middle = ends.mean(1)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
     left, right, bridged = np.zeros(len(ends)), np.zeros(len(ends)), np.zeros(len(ends))
     for face in faces:
         on = np.flatnonzero(
-            (np.abs((middle - face.centre) @ face.normal) < 2e-4) & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
+            (np.abs((middle - face.centre) @ face.normal) < 2e-4)
+            & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
         )
         if not len(on):
             continue
@@ -250,8 +268,7 @@ def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
     along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
     seen = np.zeros(int(np.ceil((face.high + 0.1 - start) / PLAN)) + 1, np.uint8)
     seen[np.clip(((along - start) / PLAN).astype(np.int64), 0, len(seen) - 1)] = 1
-    closed = cv2.morphologyEx(seen[None], cv2.MORPH_CLOSE, np.ones((1, 5), np.uint8))[0]
-    return closed.astype(np.float64), start
+    return closed(seen[None], 5, rows=1)[0].astype(np.float64), start
 
 
 def label_cells(cells: Cells) -> NDArray[np.bool_]:
@@ -279,7 +296,7 @@ def label_cells(cells: Cells) -> NDArray[np.bool_]:
 
 
 def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Union of neighbouring space cells; what is too small or too narrow to stand in is dropped, tiny holes are filled."""
+    """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
     count = len(cells.polygons)
     joined = inside[cells.edges].all(1) & (cells.covered < 0.5)
     links = coo_array((np.ones(joined.sum()), (cells.edges[joined, 0], cells.edges[joined, 1])), shape=(count, count))
@@ -290,7 +307,11 @@ def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...
         if cells.evidence[members].sum() < 0.25 * shapely.area(cells.polygons[members]).sum():
             continue
         merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
-        solid = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - 0.02, join_style="mitre").buffer(0.02, join_style="mitre")
+        solid = (
+            merged.buffer(SLIT, join_style="mitre")
+            .buffer(-SLIT - 0.02, join_style="mitre")
+            .buffer(0.02, join_style="mitre")
+        )
         parts = list(shapely.get_parts(solid))
         spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
     return tuple(sorted(spaces, key=lambda p: -p.area))

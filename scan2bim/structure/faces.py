@@ -1,7 +1,7 @@
 """Wall faces in plan: straight runs of plan columns, grown from seeds and fitted to millimetres.
 
-A face is one visible side of a wall. Runs in one line are one face, also across a door or a wardrobe, and faces that are
-nearly parallel to the building's main directions are made so where that moves no point by more than the noise.
+A face is one visible side of a wall. Runs in one line are one face, also across a door or a wardrobe, and faces that
+are nearly parallel to the building's main directions are made so where that moves no point by more than the noise.
 """
 
 from __future__ import annotations
@@ -37,9 +37,10 @@ I64 = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """One visible wall side in plan. ``centre`` (2,), ``normal`` (2,) unit, towards the air in front; ``low`` and ``high`` its extent along
-    the direction (``normal`` turned by -90 degrees: with the air on the left when walking along it); ``columns`` indices into the plan's columns;
-    ``rms`` metres; ``tall`` metres of its length that reach the ceiling zone; ``sided`` whether stations tell on which side the air is.
+    """One visible wall side in plan. ``centre`` (2,), ``normal`` (2,) unit, towards the air in front; ``low`` and
+    ``high`` its extent along the direction (``normal`` turned by -90 degrees: with the air on the left when walking
+    along it); ``columns`` indices into the plan's columns; ``rms`` metres; ``tall`` metres of its length that reach the
+    ceiling zone; ``sided`` whether stations tell on which side the air is.
     """
 
     centre: F64
@@ -84,14 +85,19 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
 
 
 def is_recess(face: Face, wall: Face) -> bool:
-    """Whether a face stands back behind a stretch of a longer wall face: a window's frame, its pane, a shutter, the back of a niche."""
+    """Whether a face stands back behind a stretch of a longer wall face: a window's frame, its pane, a shutter, the
+    back of a niche.
+    """
     if face.length >= wall.length or float(face.normal @ wall.normal) < PARALLEL:
         return False
     ends = face.ends() - wall.centre
     behind = -(ends @ wall.normal)
     along = np.sort(ends @ wall.direction)
     return bool(
-        behind.min() > 0.03 and behind.max() < DEEPEST_RECESS and along[0] > wall.low - 0.15 and along[1] < wall.high + 0.15
+        behind.min() > 0.03
+        and behind.max() < DEEPEST_RECESS
+        and along[0] > wall.low - 0.15
+        and along[1] < wall.high + 0.15
     )
 
 
@@ -116,9 +122,11 @@ def _mod_quarter(angle: F64) -> F64:
 
 @nb.njit(cache=True, nogil=True)
 def _local_lines(index, pixel, xy, view):  # pyright: ignore
-    """Direction angle (m,) of the line through each column that most of its neighbours lie on, and how full it is (m,) 0-1.
+    """Direction angle (m,) of the line through each column that most of its neighbours lie on, and how full it is (m,)
+    0-1.
 
-    A search over directions through the column itself: the other face of a thin wall, 5 to 15 cm away, would pull a fit by moments.
+    A search over directions through the column itself: the other face of a thin wall, 5 to 15 cm away, would pull a fit
+    by moments.
     """
     m = pixel.shape[0]
     angle = np.zeros(m)
@@ -170,79 +178,70 @@ def _local_lines(index, pixel, xy, view):  # pyright: ignore
 
 @nb.njit(cache=True, nogil=True)
 def _grow(index, pixel, xy, weight, view, angle, line, band):  # pyright: ignore
-    """Region number (m,) of each column, -1 where none: straight runs on one side of a wall."""
-    m = pixel.shape[0]
-    region = np.full(m, -1, np.int64)
-    order = np.argsort(-(line * weight))
-    rows, cols = index.shape
-    queue = np.empty(m, np.int64)
+    """Region number (m,) of each column, -1 where none: straight runs on one side of a wall, clearest first."""
+    region = np.full(pixel.shape[0], -1, np.int64)
+    queue = np.empty(pixel.shape[0], np.int64)
     used = 0
-    for start in order:
-        if region[start] >= 0 or line[start] < SEED or index[pixel[start, 1], pixel[start, 0]] != start:
-            continue
-        nx = -np.sin(angle[start])
-        ny = np.cos(angle[start])
-        if nx * view[start, 0] + ny * view[start, 1] < 0:
-            nx = -nx
-            ny = -ny
-        cx = xy[start, 0]
-        cy = xy[start, 1]
-        ox = cx
-        oy = cy
-        s = 0.0
-        sx = 0.0
-        sy = 0.0
-        sxx = 0.0
-        sxy = 0.0
-        syy = 0.0
-        head = 0
-        tail = 1
-        refit = 6
-        queue[0] = start
-        region[start] = used
-        while head < tail:
-            i = queue[head]
-            head += 1
-            w = weight[i]
-            x = xy[i, 0] - ox
-            y = xy[i, 1] - oy
-            s += w
-            sx += w * x
-            sy += w * y
-            sxx += w * x * x
-            sxy += w * x * y
-            syy += w * y * y
-            if head == refit:
-                refit = int(refit * 1.5)
-                a = sxx / s - (sx / s) ** 2
-                b = sxy / s - sx * sy / (s * s)
-                d = syy / s - (sy / s) ** 2
-                t = 0.5 * np.arctan2(2 * b, a - d)
-                mx = -np.sin(t)
-                my = np.cos(t)
-                if mx * nx + my * ny < 0:
-                    mx = -mx
-                    my = -my
-                nx = mx
-                ny = my
-                cx = ox + sx / s
-                cy = oy + sy / s
-            for r in range(max(pixel[i, 1] - 3, 0), min(pixel[i, 1] + 4, rows)):
-                for c in range(max(pixel[i, 0] - 3, 0), min(pixel[i, 0] + 4, cols)):
-                    j = index[r, c]
-                    if j < 0 or region[j] >= 0:
-                        continue
-                    if abs(nx * (xy[j, 0] - cx) + ny * (xy[j, 1] - cy)) > band:
-                        continue
-                    if nx * view[j, 0] + ny * view[j, 1] < -0.05:
-                        continue
-                    if line[j] > SEED and abs(-np.sin(angle[j]) * nx + np.cos(angle[j]) * ny) < 0.85:
-                        continue
-                    region[j] = used
+    for start in np.argsort(-(line * weight)):
+        own = index[pixel[start, 1], pixel[start, 0]] == start
+        if region[start] < 0 and line[start] >= SEED and own:
+            _grow_from(start, used, region, queue, index, pixel, xy, weight, view, angle, line, band)
+            used += 1
+    return region
+
+
+@nb.njit(cache=True, nogil=True)
+def _grow_from(start, number, region, queue, index, pixel, xy, weight, view, angle, line, band):  # pyright: ignore
+    """Give ``number`` to the columns connected to ``start`` that lie on its line, which is fitted anew as they come."""
+    normal = np.array([-np.sin(angle[start]), np.cos(angle[start])])
+    if normal[0] * view[start, 0] + normal[1] * view[start, 1] < 0:
+        normal = -normal
+    centre = xy[start].copy()
+    sums = np.zeros(6)
+    queue[0] = start
+    region[start] = number
+    head = 0
+    tail = 1
+    refit = 6
+    while head < tail:
+        i = queue[head]
+        head += 1
+        x = xy[i, 0] - xy[start, 0]
+        y = xy[i, 1] - xy[start, 1]
+        sums += weight[i] * np.array([1.0, x, y, x * x, x * y, y * y])
+        if head == refit:
+            refit = int(refit * 1.5)
+            normal = _normal_of(sums, normal)
+            centre = xy[start] + sums[1:3] / sums[0]
+        for r in range(max(pixel[i, 1] - 3, 0), min(pixel[i, 1] + 4, index.shape[0])):
+            for c in range(max(pixel[i, 0] - 3, 0), min(pixel[i, 0] + 4, index.shape[1])):
+                j = index[r, c]
+                if j >= 0 and region[j] < 0 and _fits(j, centre, normal, xy, view, angle, line, band):
+                    region[j] = number
                     queue[tail] = j
                     tail += 1
-        used += 1
-    return region
+
+
+@nb.njit(cache=True, nogil=True)
+def _normal_of(sums, old):  # pyright: ignore
+    """Unit normal of the line through points with these sums (1, x, y, xx, xy, yy), on the side of the ``old`` one."""
+    a = sums[3] / sums[0] - (sums[1] / sums[0]) ** 2
+    b = sums[4] / sums[0] - sums[1] * sums[2] / sums[0] ** 2
+    d = sums[5] / sums[0] - (sums[2] / sums[0]) ** 2
+    t = 0.5 * np.arctan2(2 * b, a - d)
+    normal = np.array([-np.sin(t), np.cos(t)])
+    return normal if normal[0] * old[0] + normal[1] * old[1] >= 0 else -normal
+
+
+@nb.njit(cache=True, nogil=True)
+def _fits(j, centre, normal, xy, view, angle, line, band):  # pyright: ignore
+    """Whether column j lies on the line, is seen from its front, and runs along it as far as that can be told."""
+    if abs(normal[0] * (xy[j, 0] - centre[0]) + normal[1] * (xy[j, 1] - centre[1])) > band:
+        return False
+    if normal[0] * view[j, 0] + normal[1] * view[j, 1] < -0.05:
+        return False
+    across = abs(-np.sin(angle[j]) * normal[0] + np.cos(angle[j]) * normal[1])
+    return line[j] <= SEED or across >= 0.85
 
 
 def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -273,9 +272,14 @@ def _fit(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F64 | 
     near = np.abs(distance) <= BAND
     cells = np.unique(np.floor(along[wall_like[at]] / PLAN))
     return Face(
-        centre, n, float(along.min()) - PLAN / 2, float(along.max()) + PLAN / 2, at,
+        centre,
+        n,
+        float(along.min()) - PLAN / 2,
+        float(along.max()) + PLAN / 2,
+        at,
         float(np.sqrt(np.average(distance[near] ** 2, weights=weight[near]))) if near.any() else BAND,
-        len(cells) * PLAN, abs(lean) > 0.1,
+        len(cells) * PLAN,
+        abs(lean) > 0.1,
     )
 
 
@@ -326,7 +330,9 @@ def _in_line(a: Face, b: Face) -> bool:
 
 
 def _square_up(columns: Columns, faces: list[Face]) -> list[Face]:
-    """Turn faces that are nearly so parallel or square to the main direction, where that moves their ends by less than their noise."""
+    """Turn faces that are nearly so parallel or square to the main direction, where that moves their ends by less than
+    their noise.
+    """
     main = main_direction(faces)
     out: list[Face] = []
     for face in faces:

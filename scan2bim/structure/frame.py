@@ -60,7 +60,9 @@ def _find_up(points: F64, extent: F64, headers: Sequence[ScanHeader], notes: lis
     if best == 2 or crowding[best] < 1.5 * crowding[2] or any(h.pose is not None for h in headers):
         return "z"
     axis: Up = "x" if best == 0 else "y"
-    notes.append(f"The file's {axis} axis points up: {crowding[best]:.0%} of the points lie on floor and ceiling levels along it.")
+    notes.append(
+        f"The file's {axis} axis points up: {crowding[best]:.0%} of the points lie on floor and ceiling levels."
+    )
     return axis
 
 
@@ -77,7 +79,7 @@ def _level_share(values: F64, extent: F64) -> float:
 
 
 def _find_unit(headers: Sequence[ScanHeader], turned: F64, settings: FrameSettings, notes: list[str]) -> float:
-    """Metres per file unit: the setting, else the file's word, else by the height between the levels of the building."""
+    """Metres per file unit: the setting, else the file's word, else by the height of the storeys."""
     if settings.metres_per_unit is not None:
         return settings.metres_per_unit
     stated = {h.unit for h in headers if h.unit is not None}
@@ -90,7 +92,9 @@ def _find_unit(headers: Sequence[ScanHeader], turned: F64, settings: FrameSettin
 
 
 def _guess_unit(turned: F64, height: float, notes: list[str]) -> float:
-    """Units whose storey height (between neighbouring crowded levels) is that of a building; metres where nothing speaks against it."""
+    """Units whose storey height (between neighbouring crowded levels) is that of a building; metres where nothing
+    speaks against it.
+    """
     span = float(np.ptp(turned[:, :2], axis=0).max())
     if height >= 1500 and span >= 1500:
         notes.append(f"Coordinates are taken as millimetres: the scan is {height:.0f} units high.")

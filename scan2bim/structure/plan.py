@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN, TALL, Surfels
+from scan2bim.geometry.raster import closed, nearest_of, opened
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SKIRT = 0.15
@@ -25,7 +26,9 @@ SMALLEST_CEILING = 7
 LOWEST_CEILING = 0.5
 """Clear height, metres, from which a large surface overhead counts as ceiling; low under sloped roofs."""
 CLEAR_SLOPE = 6.0
-"""Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from its back."""
+"""Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from
+its back.
+"""
 HIGH = 0.45
 """Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
 F64 = NDArray[np.float64]
@@ -37,10 +40,10 @@ U8 = NDArray[np.uint8]
 class Columns:
     """Vertical surfaces in plan: (m,) columns with two or more surfels one above the other.
 
-    ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied; ``high`` (m,) how many of
-    those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64 mean unit direction in plan from the surface
-    to the stations that saw it, zero where no station is known; ``points`` (m,) number of scan points; ``station`` (m,) of one of its
-    surfels; ``rgb`` (m, 3) mean colour.
+    ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied;
+    ``high`` (m,) how many of those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64
+    mean unit direction in plan from the surface to the stations that saw it, zero where no station is known; ``points``
+    (m,) number of scan points; ``station`` (m,) of one of its surfels; ``rgb`` (m, 3) mean colour.
     """
 
     pixel: NDArray[np.int64]
@@ -59,10 +62,12 @@ class Columns:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """Rasters (rows along y, columns along x) of a storey. ``origin`` (2,) is the lower left corner, pixels are PLAN metres.
+    """Rasters (rows along y, columns along x) of a storey. ``origin`` (2,) is the lower left corner, pixels are PLAN
+    metres.
 
-    ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none; ``void`` uint8 mask of
-    where one looks down past the floor's level, as in a stair well; ``columns`` the vertical surfaces.
+    ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none;
+    ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
+    surfaces.
     """
 
     levels: StoreyLevels
@@ -91,9 +96,20 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
     roof = _roof_near(ceiling_z)
     roof = np.where(np.isfinite(roof), roof, levels.top)
-    upright = inside & (z > levels.floor + SKIRT) & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
+    upright = (
+        inside
+        & (z > levels.floor + SKIRT)
+        & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
+    )
     floor = _mask(pixel[on_floor], shape)
-    deep = standing & ~(eye < levels.floor) & (z < levels.floor - 0.35) & (z + layers.above > levels.floor + HEADROOM) & (pixel >= 0).all(1) & (pixel < shape[::-1]).all(1)
+    deep = (
+        standing
+        & ~(eye < levels.floor)
+        & (z < levels.floor - 0.35)
+        & (z + layers.above > levels.floor + HEADROOM)
+        & (pixel >= 0).all(1)
+        & (pixel < shape[::-1]).all(1)
+    )
     columns = _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations)
     void = _void(floor, _mask(pixel[deep], shape))
     return Plan(levels, origin, floor, ceiling, ceiling_z, void, _facing(columns, floor, ceiling_z))
@@ -128,9 +144,7 @@ def _facing(columns: Columns, floor: U8, ceiling_z: F32) -> Columns:
 
 def _void(floor: U8, deep: U8) -> U8:
     """Pixels without floor over which something was seen deeper down, as patches that a square of 55 cm fits in."""
-    solid = cv2.morphologyEx(floor, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
-    patch = cv2.morphologyEx(deep & (1 - solid), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
-    return cv2.morphologyEx(patch & (1 - floor), cv2.MORPH_OPEN, np.ones((11, 11), np.uint8))
+    return opened(closed(deep & (1 - closed(floor, 9)), 9) & (1 - floor), 11)
 
 
 def _eye_heights(surfels: Surfels, layers: Layers, stations: F64) -> F64:
@@ -148,7 +162,9 @@ def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
 
 
 def _sloped(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Surfels whose surface rises by 15 to 70 degrees: low parts of sloped ceilings, which a scanner sees from its own height."""
+    """Surfels whose surface rises by 15 to 70 degrees: low parts of sloped ceilings, which a scanner sees from its own
+    height.
+    """
     height = np.full(shape, np.nan, np.float32)
     height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
     rise = np.full((2, *shape), np.nan, np.float32)
@@ -173,15 +189,19 @@ def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[
     order = np.argsort(-z, kind="stable")
     height[pixel[order, 1], pixel[order, 0]] = z[order]
     height[_soffits(height)] = np.nan
-    raw = np.isfinite(height).astype(np.uint8)
-    closed = cv2.morphologyEx(raw, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, np.ones((SMALLEST_CEILING, SMALLEST_CEILING), np.uint8))
-    height[opened == 0] = np.nan
-    return opened, height
+    mask = opened(closed(np.isfinite(height).astype(np.uint8), 5), SMALLEST_CEILING)
+    height[mask == 0] = np.nan
+    return mask, height
 
 
 def _columns(
-    surfels: Surfels, layers: Layers, pixel: NDArray[np.int64], upright: NDArray[np.bool_], above_floor: F64, roof_z: F64, stations: F64
+    surfels: Surfels,
+    layers: Layers,
+    pixel: NDArray[np.int64],
+    upright: NDArray[np.bool_],
+    above_floor: F64,
+    roof_z: F64,
+    stations: F64,
 ) -> Columns:
     """Gather the surfels of each plan column whose neighbours above or below touch it."""
     touching = (layers.above < 2.5 * TALL) | (layers.below < 2.5 * TALL)
@@ -192,7 +212,9 @@ def _columns(
     first = np.flatnonzero(new)
     if len(first) == 0:
         none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
-        return Columns(pairs.astype(np.int64), pairs, none, none, none, pairs, none, none.astype(np.uint16), np.zeros((0, 3)))
+        return Columns(
+            pairs.astype(np.int64), pairs, none, none, none, pairs, none, none.astype(np.uint16), np.zeros((0, 3))
+        )
     index = layers.order[at]
     bins = np.diff(np.append(first, len(at)))
     xyz = surfels.xyz[index].astype(np.float64)
@@ -215,12 +237,7 @@ def _roof_near(ceiling_z: F32) -> F32:
     known = np.isfinite(ceiling_z)
     if not known.any():
         return np.full(ceiling_z.shape, np.inf, np.float32)
-    _, labels = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    by_label = np.zeros(int(labels.max()) + 1, np.float32)
-    by_label[labels[known]] = ceiling_z[known]
-    return by_label[labels]
+    return ceiling_z.ravel()[nearest_of(known)]
 
 
 def _views(xyz: F64, station: NDArray[np.uint16], stations: F64) -> F64:

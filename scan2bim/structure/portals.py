@@ -1,7 +1,8 @@
 """Open plans: spaces that run into each other are told apart where a wall's line goes on across a passage.
 
-A cut starts at a corner that juts into the space (a wall's free end) and goes on in the line of the wall to the next border. It is made
-where the passage is narrow for the smaller of both parts; no wall is put there, only a virtual border.
+A cut starts at a corner that juts into the space (a wall's free end) and goes on in the line of the wall to the next
+border. It is made where the passage is narrow for the smaller of both parts; no wall is put there, only a virtual
+border.
 """
 
 from __future__ import annotations
@@ -12,13 +13,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 WIDEST = 3.5
 """Width, metres, of the widest passage that can part two spaces."""
 SMALLEST_PART = 3.0
 """Area, square metres, of the smallest part worth a space of its own (niches and bays stay with their space)."""
 NARROW = 0.6
-"""Largest ratio of the passage's width squared to the smaller part's area: a square part may be open on 3/4 of one side."""
+"""Largest ratio of the passage's width squared to the smaller part's area: a square part may be open on 3/4 of one
+side.
+"""
 F64 = NDArray[np.float64]
 
 
@@ -72,7 +76,7 @@ def _jutting_corners(polygon: Polygon) -> list[tuple[F64, F64]]:
     return out
 
 
-def _to_border(start: F64, direction: F64, outline: shapely.Geometry) -> LineString | None:
+def _to_border(start: F64, direction: F64, outline: BaseGeometry) -> LineString | None:
     """From a corner straight on to the next border; None if that is farther than the widest passage."""
     ray = LineString([start + direction * 0.02, start + direction * WIDEST])
     hit = ray.intersection(outline)

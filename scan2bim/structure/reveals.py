@@ -1,7 +1,7 @@
 """How thick the outer walls are at least: as deep as the reveals of their windows and doors go.
 
-Of an outer wall, scans from inside see one face. Through its windows they see the reveal, mostly to the frame, at times through
-the pane to the outer edge. What is seen there is a least thickness for the building's outer walls.
+Of an outer wall, scans from inside see one face. Through its windows they see the reveal, mostly to the frame, at times
+through the pane to the outer edge. What is seen there is a least thickness for the building's outer walls.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
 from shapely.geometry import Polygon
 
 Point = tuple[float, float]
@@ -16,7 +16,9 @@ Ring = tuple[Point, ...]
 
 @dataclass(frozen=True, slots=True)
 class SpaceShape:
-    """Clear inner area of a space: rings without repeated first point, floor and ceiling heights (None if never seen), local metres."""
+    """Clear inner area of a space: rings without repeated first point, floor and ceiling heights (None if never seen),
+    local metres.
+    """
 
     outline: Ring
     holes: tuple[Ring, ...]
@@ -45,8 +47,8 @@ class JoinShape:
 class WallShape:
     """A wall: axis, thickness, heights; ``left`` and ``right`` the numbers of the spaces beside its axis.
 
-    ``rms`` metres is that of its faces' fits, ``points`` the scan points on them, ``coverage`` the share of its faces' length where
-    they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them.
+    ``rms`` metres is that of its faces' fits, ``points`` the scan points on them, ``coverage`` the share of its faces'
+    length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them.
     """
 
     start: Point
@@ -89,33 +91,15 @@ class StructureShape:
 
     def save(self, path: Path) -> None:
         """Write as JSON."""
-        path.write_text(json.dumps(asdict(self)), encoding="utf-8")
+        path.write_bytes(TypeAdapter(StructureShape).dump_json(self))
 
     @staticmethod
     def load(path: Path) -> StructureShape:
         """Read what ``save`` wrote."""
-        data = json.loads(path.read_text(encoding="utf-8"))
-        return StructureShape(tuple(_storey(s) for s in data["storeys"]), data["yaw"], tuple(data["notes"]))
+        return TypeAdapter(StructureShape).validate_json(path.read_bytes())
 
 
-def ring_of(points: Sequence[Sequence[float]]) -> Ring:
+def ring_of(points: NDArray[np.float64]) -> Ring:
     """Closed coordinates as a ring, to a tenth of a millimetre, first point not repeated."""
     ring = tuple((round(float(p[0]), 4), round(float(p[1]), 4)) for p in points)
     return ring[:-1] if len(ring) > 1 and ring[0] == ring[-1] else ring
-
-
-def _storey(data: dict[str, Any]) -> StoreyShape:
-    spaces = tuple(_space(s) for s in data["spaces"])
-    walls = tuple(_wall(w) for w in data["walls"])
-    return StoreyShape(**(data | {"spaces": spaces, "walls": walls}))
-
-
-def _space(data: dict[str, Any]) -> SpaceShape:
-    outline = tuple((x, y) for x, y in data["outline"])
-    holes = tuple(tuple((x, y) for x, y in ring) for ring in data["holes"])
-    return SpaceShape(**(data | {"outline": outline, "holes": holes}))
-
-
-def _wall(data: dict[str, Any]) -> WallShape:
-    tuples = {key: tuple(data[key]) for key in ("start", "end", "left", "right", "stations", "colour")}
-    return WallShape(**(data | tuples | {"joins": tuple(JoinShape(**j) for j in data["joins"])}))

@@ -17,11 +17,14 @@ from scan2bim.config import StructureSettings
 BIN = 0.01
 """Height bins of the level histogram, metres: finer than the elevation accuracy asked for (3 cm)."""
 STEP_UP = 1.6
-"""Floors nearer to each other than this (metres) are steps, podiums or furniture of one storey: nobody stands between them."""
+"""Floors nearer to each other than this (metres) are steps, podiums or furniture of one storey: nobody stands between
+them.
+"""
 HEADROOM = 1.5
 """Clear height above a floor, metres: less is furniture or a void."""
 TALLEST = 9.0
-"""Clear height, metres, above which a ceiling is not that of the floor below (then it is open air or another building)."""
+"""Clear height, metres, above which a ceiling is not that of the floor below (then it is open air or another building).
+"""
 SMALLEST = 3.0
 """Floor area, square metres, below which a level is a landing or a large table, not a storey."""
 
@@ -31,8 +34,10 @@ I64 = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class StoreyLevels:
-    """Heights of one storey, local metres: its main ``floor`` (with sigma) and ``ceiling`` (None if unseen), and ``top``, below which
-    its walls end: the next storey's floor, or as high as was scanned. ``area`` square metres of floor seen."""
+    """Heights of one storey, local metres: its main ``floor`` (with sigma) and ``ceiling`` (None if unseen), and
+    ``top``, below which its walls end: the next storey's floor, or as high as was scanned. ``area`` square metres of
+    floor seen.
+    """
 
     floor: float
     sigma: float
@@ -43,8 +48,9 @@ class StoreyLevels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layers:
-    """Surfels sorted into plan columns of 5 cm, bottom up. ``order`` sorts surfels; ``above`` and ``below`` (n,) are the free
-    heights to the next surfel in the column, in that order, inf where there is none."""
+    """Surfels sorted into plan columns of 5 cm, bottom up. ``order`` sorts surfels; ``above`` and ``below`` (n,) are
+    the free heights to the next surfel in the column, in that order, inf where there is none.
+    """
 
     order: I64
     above: F64
@@ -70,15 +76,16 @@ def find_storeys(surfels: Surfels, layers: Layers, settings: StructureSettings) 
     highest = float(np.percentile(z, 99.9))
     floors = [(floor, area) for floor, area in _peaks(z[standing]) if highest - floor > HEADROOM]
     return tuple(
-        _levels(z, standing, hanging, floor, area, [f for f, _ in floors if f > floor]) for floor, area in sorted(floors)
+        _levels(z, standing, hanging, floor, area, [f for f, _ in floors if f > floor])
+        for floor, area in sorted(floors)
     )
 
 
 def standing_and_hanging(layers: Layers) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which surfels (in layer order) can be stood on and which hang overhead.
 
-    What has clear height both above it and below it, with something under that, hangs: of a floor between two storeys that were both
-    scanned, the underside would have been seen close below.
+    What has clear height both above it and below it, with something under that, hangs: of a floor between two storeys
+    that were both scanned, the underside would have been seen close below.
     """
     hanging = (layers.below > HEADROOM) & np.isfinite(layers.below)
     return (layers.above > HEADROOM) & ~(hanging & (layers.below < TALLEST)), hanging

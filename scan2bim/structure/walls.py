@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from scan2bim.structure.portals import on_cut
 
@@ -34,7 +36,9 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Axis:
-    """A wall's centre line (2,) ``start`` to ``end``; ``left`` and ``right`` spaces beside it; ``measured`` tells whether both faces were seen."""
+    """A wall's centre line (2,) ``start`` to ``end``; ``left`` and ``right`` spaces beside it; ``measured`` tells
+    whether both faces were seen.
+    """
 
     start: F64
     end: F64
@@ -55,7 +59,7 @@ class Axis:
 
     @property
     def inset(self) -> F64:
-        """From the axis to the border of the space that alone was seen beside it; zero for a wall between two spaces."""
+        """From the axis to the border of the one space beside it; zero for a wall between two spaces."""
         return self.normal * (self.thickness / 2 * (bool(self.left) - bool(self.right)))
 
     @property
@@ -92,8 +96,9 @@ class _Border:
 def find_walls(
     spaces: Sequence[Polygon], cuts: Sequence[LineString] = (), outer: float = OUTER
 ) -> tuple[list[Axis], list[AxisJoin]]:
-    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall stands; ``outer`` is the
-    thickness (metres) assumed for walls of which one face was seen."""
+    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall
+    stands; ``outer`` is the thickness (metres) assumed for walls of which one face was seen.
+    """
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
     pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, outer)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
@@ -105,7 +110,7 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
     out: list[_Border] = []
     for ring in [polygon.exterior, *polygon.interiors]:
         xy = shapely.get_coordinates(ring)
-        for a, b in zip(xy[:-1], xy[1:], strict=True):
+        for a, b in pairwise(xy):
             length = float(np.linalg.norm(b - a))
             if length > 0.02:
                 out.append(_Border(number, a, (b - a) / length, length))
@@ -120,13 +125,15 @@ def _pieces(number: int, borders: Sequence[_Border], outer: float) -> list[Axis]
         if other_number == number or own.direction @ other.direction > -PARALLEL:
             continue
         distance = -float((other.start + other.direction * other.length / 2 - own.start) @ own.inward)
-        along = sorted(float((p - own.start) @ own.direction) for p in (other.start, other.start + other.direction * other.length))
+        along = sorted(
+            float((p - own.start) @ own.direction) for p in (other.start, other.start + other.direction * other.length)
+        )
         low, high = max(0.0, along[0]), min(own.length, along[1])
         if -0.01 <= distance <= THICKEST and high - low > 0.02:
             stretches.append((low, high, max(distance, 0.0), other_number))
     cuts = sorted({0.0, own.length, *(s[0] for s in stretches), *(s[1] for s in stretches)})
     out: list[Axis] = []
-    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+    for low, high in pairwise(cuts):
         over = [s for s in stretches if s[0] <= low + 1e-6 and s[1] >= high - 1e-6]
         nearest = min(over, key=lambda s: s[2], default=None)
         if nearest is None:
@@ -147,7 +154,9 @@ def _double(own: _Border, other: _Border, low: float, high: float, distance: flo
     far = other.start + np.outer((middle - other.start) @ other.direction, other.direction)
     ends = (middle + far) / 2
     measured = distance >= THINNEST
-    return Axis(ends[0], ends[1], distance if measured else INNER, measured, frozenset({own.space}), frozenset({other.space}))
+    return Axis(
+        ends[0], ends[1], distance if measured else INNER, measured, frozenset({own.space}), frozenset({other.space})
+    )
 
 
 def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
@@ -159,9 +168,10 @@ def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
         done: list[Axis] = []
         merged = False
         taken = [False] * len(pieces)
-        for i, piece in enumerate(pieces):
+        for i, longest in enumerate(pieces):
             if taken[i]:
                 continue
+            piece = longest
             for j in range(i + 1, len(pieces)):
                 if not taken[j] and _continues(piece, pieces[j], obstacle):
                     piece = _union(piece, pieces[j])
@@ -172,7 +182,7 @@ def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
             return pieces
 
 
-def _continues(a: Axis, b: Axis, obstacle: shapely.Geometry) -> bool:
+def _continues(a: Axis, b: Axis, obstacle: BaseGeometry) -> bool:
     """Whether the shorter wall b goes on in the line of a, with like thickness, and no space between."""
     if b.length > 0.1 and abs(a.direction @ b.direction) < PARALLEL:
         return False
@@ -199,9 +209,12 @@ def _union(a: Axis, b: Axis) -> Axis:
     low, high = min(0.0, *along), max(a.length, *along)
     weight = b.length / (a.length + b.length)
     return replace(
-        a, start=a.start + a.direction * low + a.normal * off, end=a.start + a.direction * high + a.normal * off,
+        a,
+        start=a.start + a.direction * low + a.normal * off,
+        end=a.start + a.direction * high + a.normal * off,
         thickness=a.thickness * (1 - weight) + b.thickness * weight,
-        left=a.left | (b.left if same else b.right), right=a.right | (b.right if same else b.left),
+        left=a.left | (b.left if same else b.right),
+        right=a.right | (b.right if same else b.left),
     )
 
 
@@ -209,7 +222,7 @@ def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
     """Move each wall's ends onto the axes of the walls that they meet."""
     joins: list[AxisJoin] = []
     moved = list(axes)
-    for i, axis in enumerate(axes):
+    for i in range(len(axes)):
         for at in ("start", "end"):
             best = _nearest_crossing(i, at, axes)
             if best is not None:
@@ -219,12 +232,16 @@ def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
     keep = [i for i, a in enumerate(moved) if a.length > 0.1 and a.direction @ axes[i].direction > 0]
     number = {old: new for new, old in enumerate(keep)}
     return [moved[i] for i in keep], [
-        AxisJoin(number[j.one], j.at, number[j.other], j.other_at) for j in joins if j.one in number and j.other in number
+        AxisJoin(number[j.one], j.at, number[j.other], j.other_at)
+        for j in joins
+        if j.one in number and j.other in number
     ]
 
 
 def _nearest_crossing(i: int, at: str, axes: Sequence[Axis]) -> tuple[int, F64, str] | None:
-    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point, where on it), or None for a free end."""
+    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point, where on it), or None for a
+    free end.
+    """
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
     best: tuple[float, int, F64, str] | None = None
