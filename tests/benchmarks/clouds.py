@@ -154,10 +154,12 @@ def judge_cloud(conversion: Conversion, rough: Rough) -> CloudResult:
         kind = "windows" if opening.fill is not None and opening.fill.kind == "window" else "doors"
         middles[kind].append((x + shift[0], y + shift[1]))
     middles["openings"] = middles["doors"]
-    return CloudResult(conversion, rough, tuple((one, _met(one.places, middles[one.what])) for one in rough.listed))
+    return CloudResult(
+        conversion, rough, tuple((one, places_met(one.places, middles[one.what])) for one in rough.listed)
+    )
 
 
-def _met(places: tuple[tuple[float, float], ...], middles: list[tuple[float, float]]) -> int:
+def places_met(places: tuple[tuple[float, float], ...], middles: list[tuple[float, float]]) -> int:
     """How many places have a middle near them, each middle counted once: the nearest pairs first."""
     pairs = sorted((math.dist(a, b), i, k) for i, a in enumerate(places) for k, b in enumerate(middles))
     used: tuple[set[int], set[int]] = (set(), set())

@@ -32,7 +32,7 @@ DISK = 50.0
 """Bytes of disk for each point: the E57 files, the work folder of a conversion, the LAZ files, and some to spare."""
 STARTS = 11
 """Times that a start is measured; the median counts."""
-SMALL = 15e6
+SMALL = 25e6
 """Points below which a run is done three times and the median counts: it is short, and noise counts for more."""
 
 INTRODUCTION = """\

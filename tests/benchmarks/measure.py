@@ -6,7 +6,6 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -58,9 +57,9 @@ def measure(
             alarm.cancel()
             watch.stop()
         process.returncode = os.waitstatus_to_exitcode(status)
-        largest = usage.ru_maxrss * (1 if sys.platform == "darwin" else KIBIBYTE)
         cpu = usage.ru_utime + usage.ru_stime
-        return Cost(time.monotonic() - begin, cpu, max(watch.peak, largest), process.returncode)
+        # ru_maxrss is no use: it also counts what this process held when it started the command.
+        return Cost(time.monotonic() - begin, cpu, watch.peak, process.returncode)
 
 
 def plain_environment() -> dict[str, str]:
@@ -96,7 +95,9 @@ class _MemoryWatch:
 
     def _run(self) -> None:
         while not self._ended.wait(SAMPLING):
-            self.peak = max(self.peak, sum(map(_resident, _family(self._pid))))
+            sizes = [_resident(pid) for pid in _family(self._pid)]
+            alone = max((most for _, most in sizes), default=0.0)
+            self.peak = max(self.peak, sum(now for now, _ in sizes), alone)
 
 
 def _family(pid: int) -> Iterator[int]:
@@ -107,13 +108,15 @@ def _family(pid: int) -> Iterator[int]:
             yield from _family(int(child))
 
 
-def _resident(pid: int) -> float:
-    fields = _read(Path(f"/proc/{pid}/statm")).split()
-    return float(fields[1]) * resource.getpagesize() if len(fields) > 1 else 0.0
+def _resident(pid: int) -> tuple[float, float]:
+    """Bytes resident now, and the most so far."""
+    lines = dict(line.split(":", 1) for line in _read(Path(f"/proc/{pid}/status")).splitlines() if ":" in line)
+    now, most = (float(lines.get(name, "0 kB").split()[0]) * KIBIBYTE for name in ("VmRSS", "VmHWM"))
+    return now, most
 
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="ascii")
+        return path.read_text(encoding="utf-8", errors="replace")
     except OSError:  # the process has ended
         return ""

@@ -24,6 +24,10 @@ LOW_SLICE = (0.9, 1.4)
 """Metres above the floor: over tables and sills, below heads, so that doors and windows are gaps."""
 HIGH_SLICE = (0.6, 0.15)
 """Metres below the ceiling: over furniture and heads, so that walls run through over doors."""
+UPRIGHT = 0.01
+"""Metres: least standard deviation of z in a surfel (10 cm tall) on an upright surface; filled evenly it is 0.03."""
+FEW = 3
+"""Points of a surfel below which its spread tells nothing."""
 USUAL_HEIGHT = 2.5
 """Metres, of a storey whose ceiling was not seen."""
 MARGIN = 1.0
@@ -56,6 +60,7 @@ def scan_slice(surfels: Surfels, storey: Storey) -> PlanBackground | None:
     z = surfels.xyz[:, 2]
     low = (z > floor + LOW_SLICE[0]) & (z < floor + LOW_SLICE[1])
     high = (z > ceiling - HIGH_SLICE[0]) & (z < ceiling - HIGH_SLICE[1])
+    high &= (surfels.spread > UPRIGHT) | (surfels.count < FEW)  # no soffits and beams
     points = surfels.xyz[low | high][:, :2].astype(np.float64)
     if len(points) == 0:
         return None
