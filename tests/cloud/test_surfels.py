@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scan2bim.cloud.surfels import PLAN, TALL, Surfels, make_surfels
+from scan2bim.cloud.tiles import TileWriter
+from scan2bim.config import SurfelSettings
+
+F32 = NDArray[np.float32]
+
+
+def merged(folder: Path, scans: list[F32], order: list[int] | None = None) -> Surfels:
+    """Surfels of scans whose points have the scan's number as colour and station."""
+    parts: list[Path] = []
+    for number in order or range(len(scans)):
+        part = folder / f"scan{number}"
+        part.mkdir(parents=True)
+        n = len(scans[number])
+        with TileWriter(part) as writer:
+            writer.add(
+                scans[number],
+                np.full((n, 3), 40 * number, np.uint8),
+                np.zeros(n, np.uint8),
+                np.full(n, number, np.uint16),
+            )
+        parts.append(part)
+    told: list[float] = []
+    make_surfels(parts, folder, SurfelSettings(), told.append)
+    assert told == sorted(told)
+    return Surfels.load(folder)
+
+
+def cloud(seed: int, count: int = 30_000) -> F32:
+    """Points in 12 x 12 x 3 m that cross the borders of tiles, several in a voxel, none on the border of one."""
+    rng = np.random.default_rng(seed)
+    places = np.floor(rng.uniform(-6, 6, (count // 4, 3)) * [1, 1, 0.25] / 0.1) * 0.1 + 0.02
+    return np.repeat(places, 4, axis=0).astype(np.float32) + rng.uniform(0, 0.02, (count, 3)).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def scans() -> list[F32]:
+    return [cloud(seed) for seed in range(3)]
+
+
+def test_every_point_counts_once_and_the_mean_is_that_of_the_points(tmp_path: Path, scans: list[F32]) -> None:
+    surfels = merged(tmp_path, scans)
+    points = np.concatenate(scans).astype(np.float64)
+    assert int(surfels.count.sum()) == len(points)
+    mean = np.average(surfels.xyz.astype(np.float64), axis=0, weights=surfels.count)
+    np.testing.assert_allclose(mean, points.mean(0), atol=1e-4)
+
+
+def test_a_surfel_is_the_mean_of_the_points_of_its_voxel(tmp_path: Path) -> None:
+    inside = np.array([[0.01, 0.02, 0.03], [0.03, 0.04, 0.05], [0.02, 0.03, 0.07]], np.float32)
+    surfels = merged(tmp_path, [inside, np.array([[-0.01, -0.02, -0.03]], np.float32)])
+    assert sorted(surfels.count.tolist()) == [1, 3]
+    full = surfels.pick(surfels.count == 3)
+    np.testing.assert_allclose(full.xyz[0], inside.mean(0), atol=2e-4)
+    assert full.spread[0] == pytest.approx(inside[:, 2].std(), abs=3e-4)
+    np.testing.assert_allclose(surfels.pick(surfels.count == 1).xyz[0], [-0.01, -0.02, -0.03], atol=2e-4)
+
+
+def test_no_two_surfels_share_a_voxel(tmp_path: Path, scans: list[F32]) -> None:
+    surfels = merged(tmp_path, scans)
+    cell = np.floor(surfels.xyz.astype(np.float64) / [PLAN, PLAN, TALL]).astype(np.int64)
+    assert len(np.unique(cell, axis=0)) == len(surfels)
+
+
+def test_surfels_do_not_depend_on_the_order_of_the_scans(tmp_path: Path, scans: list[F32]) -> None:
+    first = merged(tmp_path / "a", scans)
+    second = merged(tmp_path / "b", scans, [2, 0, 1])
+    np.testing.assert_array_equal(first.count, second.count)
+    np.testing.assert_allclose(first.xyz, second.xyz, atol=1e-6)
+    np.testing.assert_allclose(first.rgb.astype(int), second.rgb, atol=1)
+
+
+def test_surfels_do_not_depend_on_the_order_of_the_points(tmp_path: Path, scans: list[F32]) -> None:
+    shuffled = [np.random.default_rng(5).permutation(scans[0])]
+    first, second = merged(tmp_path / "a", scans[:1]), merged(tmp_path / "b", shuffled)
+    np.testing.assert_array_equal(first.count, second.count)
+    np.testing.assert_allclose(first.xyz, second.xyz, atol=1e-6)
+
+
+def test_a_surfel_has_the_mean_colour_and_one_of_its_stations(tmp_path: Path) -> None:
+    point = np.array([[1.02, 1.02, 1.02]], np.float32)
+    surfels = merged(tmp_path, [point, point, point])
+    assert surfels.rgb[0].tolist() == [40, 40, 40]
+    assert surfels.station[0] in {0, 1, 2}
+    assert surfels.count[0] == 3
