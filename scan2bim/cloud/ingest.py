@@ -60,11 +60,11 @@ def ingest_scan(
     kept = dropped = 0
     with TileWriter(folder) as writer:
         for chunk in chunks:
-            local = _transform(chunk.xyz, matrix, offset)
+            local, bounds = _transform(chunk.xyz, matrix, offset)
             dropped += chunk.dropped
             kept += len(local)
             if len(local):
-                low, high = np.minimum(low, local.min(0)), np.maximum(high, local.max(0))
+                low, high = np.minimum(low, bounds[0]), np.maximum(high, bounds[1])
                 writer.add(local, _colour(chunk), _grey(chunk), _stations(chunk, station))
                 if ranges is not None and position is not None:
                     add_hits(local, position.astype(np.float32), ranges)
@@ -115,12 +115,18 @@ def _stations(chunk: Chunk, station: int) -> NDArray[np.uint16]:
 
 @nb.njit(cache=True, nogil=True)
 def _transform(xyz, matrix, offset):  # pyright: ignore
-    """``matrix @ p + offset`` for each point, as (n, 3) float32."""
+    """``matrix @ p + offset`` for each point, as (n, 3) float32, and the bounds (2, 3) of the result."""
     out = np.empty(xyz.shape, np.float32)
+    bounds = np.empty((2, 3))
+    bounds[0] = np.inf
+    bounds[1] = -np.inf
     for i in range(xyz.shape[0]):
         x = xyz[i, 0]
         y = xyz[i, 1]
         z = xyz[i, 2]
         for k in range(3):
-            out[i, k] = matrix[k, 0] * x + matrix[k, 1] * y + matrix[k, 2] * z + offset[k]
-    return out
+            value = np.float32(matrix[k, 0] * x + matrix[k, 1] * y + matrix[k, 2] * z + offset[k])
+            out[i, k] = value
+            bounds[0, k] = min(bounds[0, k], value)
+            bounds[1, k] = max(bounds[1, k], value)
+    return out, bounds

@@ -131,27 +131,6 @@ def seen_through(points, position, ranges, margin):  # pyright: ignore
     return out
 
 
-def free_of(points: F32, panoramas: list[Panorama], margin: float, reach: float) -> NDArray[np.uint8]:
-    """Bits per point (n,): 1 some station looked through it, 2 some saw it, 4 some was blocked before it.
-
-    Stations farther than ``reach`` metres from all points are skipped.
-    """
-    bits = np.zeros(len(points), np.uint8)
-    if not len(points):
-        return bits
-    low, high = points.min(0), points.max(0)
-    for panorama in panoramas:
-        gap = np.maximum(np.maximum(low - panorama.position, panorama.position - high), 0.0)
-        if float(np.hypot(gap[0], gap[1])) > reach or gap[2] > reach:
-            continue
-        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(margin))
-        bits |= _BIT[said]
-    return bits
-
-
-_BIT = np.array([0, 1, 2, 4], np.uint8)
-
-
 @nb.njit(cache=True, nogil=True)
 def _agreeing(points, position, ranges, out):  # pyright: ignore
     """Share of the 5 x 5 cells round each point's direction whose range is like the point's own; into ``out`` (n,)."""

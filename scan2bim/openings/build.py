@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from scan2bim.cloud.scene import Scene, load_scene
-from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
+from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
 from scan2bim.openings.wall_image import wall_image
-from scan2bim.structure.shapes import StoreyShape, StructureShape, WallShape
+from scan2bim.structure.shapes import StoreyShape, StructureShape
 
 
 def find_openings(
@@ -38,19 +38,12 @@ def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[flo
         z = scene.surfels.xyz[:, 2]
         near = scene.surfels.pick((z > storey.floor - 0.2) & (z < storey.top + 0.2))
         panoramas = scene.panoramas or virtual_panoramas(storey, near)
-        for index, wall in enumerate(storey.walls):
-            image = wall_image(wall, _beside(near, wall), panoramas)
-            found += find_open(number, index, wall, image)
+        index = PlanIndex(near.xyz)
+        for place, wall in enumerate(storey.walls):
+            beside = near.pick(index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + 0.1))
+            found += find_open(number, place, wall, wall_image(wall, beside, panoramas))
         progress((number + 1) / len(structure.storeys))
     return _once(found, structure.storeys)
-
-
-def _beside(surfels: Surfels, wall: WallShape) -> Surfels:
-    """Surfels within reach of a wall's body."""
-    start, end = np.array(wall.start), np.array(wall.end)
-    direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
-    across = (surfels.xyz[:, :2] - start.astype(np.float32)) @ np.array([-direction[1], direction[0]], np.float32)
-    return surfels.pick(np.abs(across) < wall.thickness / 2 + 0.1)
 
 
 def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:

@@ -16,6 +16,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.panorama import Panorama, cube_cell
 from scan2bim.cloud.surfels import Surfels
+from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.structure.shapes import StoreyShape
 
 EDGE = 192
@@ -39,9 +40,10 @@ def virtual_panoramas(storey: StoreyShape, surfels: Surfels) -> dict[int, Panora
     points = [p for space in storey.spaces for p in _places(space.polygon)]
     height = min(storey.floor + EYE, storey.top - 0.4)
     out: dict[int, Panorama] = {}
+    index = PlanIndex(surfels.xyz)
     for number, (x, y) in enumerate(points):
         position = np.array([x, y, height])
-        near = np.abs(surfels.xyz[:, :2] - position[:2].astype(np.float32)).max(1) < REACH
+        near = index.near(position[:2], REACH)
         ranges = np.zeros((6, EDGE, EDGE), np.float32)
         _draw(surfels.xyz[near], position.astype(np.float32), ranges, np.float32(SPLAT))
         out[FIRST + number] = Panorama(position, ranges)

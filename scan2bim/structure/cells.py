@@ -18,7 +18,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 from shapely.geometry import Polygon
 
-from scan2bim.cloud.panorama import Panorama, free_of
+from scan2bim.cloud.panorama import Panorama, seen_through
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, is_recess, main_direction
@@ -149,16 +149,20 @@ def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
     rows, cols = plan.floor.shape
     ceiling = plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top
     height = ceiling - 0.2
-    y, x = np.mgrid[0:rows:2, 0:cols:2]
-    points = np.stack(
-        [x.ravel() * PLAN + plan.origin[0], y.ravel() * PLAN + plan.origin[1], np.full(x.size, height)], 1
-    )
-    near = [p for p in panoramas if plan.levels.floor - 0.5 < p.position[2] < plan.levels.top + 0.5]
-    free = np.zeros(x.size, np.uint8)
-    for panorama in near:
-        close = np.flatnonzero(np.abs(points[:, :2] - panorama.position[:2]).max(1) < FREE_REACH)
-        free[close] |= free_of(points[close].astype(np.float32), [panorama], 0.1, FREE_REACH) & 1
-    return cv2.resize(free.reshape(x.shape), (cols, rows), interpolation=cv2.INTER_NEAREST) > 0
+    free = np.zeros(((rows + 1) // 2, (cols + 1) // 2), np.uint8)
+    for panorama in panoramas:
+        if not plan.levels.floor - 0.5 < panorama.position[2] < plan.levels.top + 0.5:
+            continue
+        middle = (panorama.position[:2] - plan.origin) / (2 * PLAN)
+        low = np.clip(np.floor(middle - FREE_REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
+        high = np.clip(np.ceil(middle + FREE_REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
+        y, x = np.mgrid[low[1] : high[1], low[0] : high[0]]
+        points = np.empty((x.size, 3), np.float32)
+        points[:, 0], points[:, 1] = x.ravel() * 2 * PLAN + plan.origin[0], y.ravel() * 2 * PLAN + plan.origin[1]
+        points[:, 2] = height
+        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(0.1))
+        free[low[1] : high[1], low[0] : high[0]] |= (said == 1).reshape(x.shape)
+    return cv2.resize(free, (free.shape[1] * 2, free.shape[0] * 2), interpolation=cv2.INTER_NEAREST)[:rows, :cols] > 0
 
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:

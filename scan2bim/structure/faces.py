@@ -6,6 +6,7 @@ are nearly parallel to the building's main directions are made so where that mov
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numba as nb
@@ -81,14 +82,16 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     faces = _merge_collinear(columns, faces, wall_like)
     faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]
     faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
-    return tuple(f for f in faces if not any(is_recess(f, wall) for wall in faces))
+    return tuple(f for f in faces if not _recessed(f, faces))
 
 
 def is_recess(face: Face, wall: Face) -> bool:
     """Whether a face stands back behind a stretch of a longer wall face: a window's frame, its pane, a shutter, the
     back of a niche.
     """
-    if face.length >= wall.length or float(face.normal @ wall.normal) < PARALLEL:
+    apart = wall.normal[0] * (wall.centre[0] - face.centre[0]) + wall.normal[1] * (wall.centre[1] - face.centre[1])
+    alike = face.normal[0] * wall.normal[0] + face.normal[1] * wall.normal[1]
+    if face.length >= wall.length or alike < PARALLEL or not -0.5 < apart < DEEPEST_RECESS + 0.5:
         return False
     ends = face.ends() - wall.centre
     behind = -(ends @ wall.normal)
@@ -99,6 +102,10 @@ def is_recess(face: Face, wall: Face) -> bool:
         and along[0] > wall.low - 0.15
         and along[1] < wall.high + 0.15
     )
+
+
+def _recessed(face: Face, walls: Sequence[Face]) -> bool:
+    return any(is_recess(face, wall) for wall in walls if wall.length > face.length)
 
 
 def main_direction(faces: tuple[Face, ...] | list[Face]) -> float:
@@ -308,12 +315,11 @@ def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.
         if (parent == np.arange(len(faces))).all():
             return faces
         joined: list[Face] = []
-        for i, a in enumerate(faces):
-            members = [faces[j].columns for j in range(len(faces)) if parent[j] == i]
-            if len(members) == 1:
-                joined.append(a)
-            elif members:
-                joined.append(_fit(columns, np.concatenate(members), wall_like))
+        order = np.argsort(parent, kind="stable")
+        for group in np.split(order, np.flatnonzero(np.diff(parent[order])) + 1):
+            members = [faces[j] for j in group]
+            columns_of = [m.columns for m in members]
+            joined.append(members[0] if len(members) == 1 else _fit(columns, np.concatenate(columns_of), wall_like))
         faces = joined
 
 

@@ -5,6 +5,7 @@ Thickness is measured where the strip has a space on both sides, and assumed whe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -50,7 +51,7 @@ class Axis:
     @property
     def length(self) -> float:
         """Metres."""
-        return float(np.linalg.norm(self.end - self.start))
+        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
     @property
     def direction(self) -> F64:
@@ -100,10 +101,22 @@ def find_walls(
     stands; ``outer`` is the thickness (metres) assumed for walls of which one face was seen.
     """
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
-    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, outer)]
+    near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
+    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], outer)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
     axes = _merge(pieces, spaces)
     return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
+
+
+def _neighbours(lines: Sequence[F64], distance: float) -> list[list[int]]:
+    """For each line (2, 2) the numbers of those within ``distance`` metres of it, rising, itself among them."""
+    if not lines:
+        return []
+    drawn = np.asarray(shapely.linestrings(np.array(lines)))
+    one, other = shapely.STRtree(drawn).query(drawn, predicate="dwithin", distance=distance)
+    order = np.lexsort((other, one))
+    starts = np.searchsorted(one[order], np.arange(len(lines) + 1))
+    return [[int(k) for k in other[order[a:b]]] for a, b in pairwise(starts)]
 
 
 def _borders(number: int, polygon: Polygon) -> list[_Border]:
@@ -117,11 +130,12 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
     return out
 
 
-def _pieces(number: int, borders: Sequence[_Border], outer: float) -> list[Axis]:
+def _pieces(number: int, borders: Sequence[_Border], near: Sequence[int], outer: float) -> list[Axis]:
     """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
     own = borders[number]
     stretches: list[tuple[float, float, float, int]] = []
-    for other_number, other in enumerate(borders):
+    for other_number in near:
+        other = borders[other_number]
         if other_number == number or own.direction @ other.direction > -PARALLEL:
             continue
         distance = -float((other.start + other.direction * other.length / 2 - own.start) @ own.inward)
@@ -168,12 +182,13 @@ def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
         done: list[Axis] = []
         merged = False
         taken = [False] * len(pieces)
+        near = _neighbours([np.array([a.start, a.end]) for a in pieces], BRIDGE + IN_LINE)
         for i, longest in enumerate(pieces):
             if taken[i]:
                 continue
             piece = longest
-            for j in range(i + 1, len(pieces)):
-                if not taken[j] and _continues(piece, pieces[j], obstacle):
+            for j in near[i]:
+                if j > i and not taken[j] and _continues(piece, pieces[j], obstacle):
                     piece = _union(piece, pieces[j])
                     taken[j] = merged = True
             done.append(piece)
@@ -222,9 +237,10 @@ def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
     """Move each wall's ends onto the axes of the walls that they meet."""
     joins: list[AxisJoin] = []
     moved = list(axes)
+    near = _neighbours([np.array([a.start, a.end]) for a in axes], THICKEST + 0.5)
     for i in range(len(axes)):
         for at in ("start", "end"):
-            best = _nearest_crossing(i, at, axes)
+            best = _nearest_crossing(i, at, axes, near[i])
             if best is not None:
                 other, point, other_at = best
                 moved[i] = replace(moved[i], start=point) if at == "start" else replace(moved[i], end=point)
@@ -238,14 +254,15 @@ def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
     ]
 
 
-def _nearest_crossing(i: int, at: str, axes: Sequence[Axis]) -> tuple[int, F64, str] | None:
+def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64, str] | None:
     """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point, where on it), or None for a
     free end.
     """
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
     best: tuple[float, int, F64, str] | None = None
-    for j, other in enumerate(axes):
+    for j in near:
+        other = axes[j]
         cross = float(outward @ other.normal)
         if j == i or abs(cross) < 0.17:
             continue
