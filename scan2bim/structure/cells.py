@@ -21,7 +21,7 @@ from shapely.geometry import Polygon
 from scan2bim.cloud.panorama import Panorama, seen_through
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed, opened
-from scan2bim.structure.faces import Face, is_recess, main_direction
+from scan2bim.structure.faces import Face, main_direction, without_recesses
 from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
@@ -110,7 +110,7 @@ def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) ->
             row, col = np.nonzero((space > 0) & (moved == 0))
             xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
             found += _edge_lines(xy, sign * normal, [*faces, *found])
-    return [f for f in found if not any(is_recess(f, wall) for wall in faces)]
+    return without_recesses(found, faces)
 
 
 def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:

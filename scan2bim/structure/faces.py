@@ -82,30 +82,30 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     faces = _merge_collinear(columns, faces, wall_like)
     faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]
     faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
-    return tuple(f for f in faces if not _recessed(f, faces))
+    return tuple(without_recesses(faces, faces))
 
 
-def is_recess(face: Face, wall: Face) -> bool:
-    """Whether a face stands back behind a stretch of a longer wall face: a window's frame, its pane, a shutter, the
-    back of a niche.
+def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
+    """``faces`` less those that stand back behind a stretch of a longer one of ``walls``: a window's frame, its pane, a
+    shutter, the back of a niche.
     """
-    apart = wall.normal[0] * (wall.centre[0] - face.centre[0]) + wall.normal[1] * (wall.centre[1] - face.centre[1])
-    alike = face.normal[0] * wall.normal[0] + face.normal[1] * wall.normal[1]
-    if face.length >= wall.length or alike < PARALLEL or not -0.5 < apart < DEEPEST_RECESS + 0.5:
-        return False
-    ends = face.ends() - wall.centre
-    behind = -(ends @ wall.normal)
-    along = np.sort(ends @ wall.direction)
-    return bool(
-        behind.min() > 0.03
-        and behind.max() < DEEPEST_RECESS
-        and along[0] > wall.low - 0.15
-        and along[1] < wall.high + 0.15
-    )
-
-
-def _recessed(face: Face, walls: Sequence[Face]) -> bool:
-    return any(is_recess(face, wall) for wall in walls if wall.length > face.length)
+    if not walls:
+        return list(faces)
+    normal, centre = np.array([w.normal for w in walls]), np.array([w.centre for w in walls])
+    direction = np.stack([normal[:, 1], -normal[:, 0]], 1)
+    low, high = np.array([w.low for w in walls]) - 0.15, np.array([w.high for w in walls]) + 0.15
+    length = high - low - 0.3
+    kept: list[Face] = []
+    for face in faces:
+        from_wall = face.ends()[:, None] - centre
+        behind = -(from_wall * normal).sum(2)
+        along = (from_wall * direction).sum(2)
+        recess = (
+            (behind.min(0) > 0.03) & (behind.max(0) < DEEPEST_RECESS) & (along.min(0) > low) & (along.max(0) < high)
+        )
+        if not (recess & (length > face.length) & (normal @ face.normal > PARALLEL)).any():
+            kept.append(face)
+    return kept
 
 
 def main_direction(faces: tuple[Face, ...] | list[Face]) -> float:
