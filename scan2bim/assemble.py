@@ -21,6 +21,7 @@ from scan2bim.model.elements import (
     Frame,
     Join,
     Opening,
+    Point3,
     ScanSource,
     Slab,
     Space,
@@ -30,6 +31,7 @@ from scan2bim.model.elements import (
 )
 from scan2bim.model.ids import distinct, stable_id
 from scan2bim.openings.shapes import OpeningShape, load_openings
+from scan2bim.openings.virtual import is_virtual
 from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
 
 SLAB = 0.25
@@ -49,7 +51,8 @@ def assemble_building(
     """The semantic model. ``name`` is the building's for people; ids come from geometry and survive a rerun."""
     structure = StructureShape.load(structure_folder / "structure.json")
     openings = load_openings(openings_folder / "openings.json")
-    sources = _sources(headers, [ScanSummary.load(f) for f in scan_folders])
+    summaries = [ScanSummary.load(f) for f in scan_folders]
+    sources = _sources(headers, summaries)
     storeys = tuple(_storey(i, structure, openings, sources) for i in range(len(structure.storeys)))
     return Building(
         id=stable_id("building", name),
@@ -57,16 +60,24 @@ def assemble_building(
         frame=Frame(unit=frame.unit, up=frame.up, yaw=round(structure.yaw, 6), shift=frame.shift, crs=frame.crs),
         scans=tuple(sources.values()),
         storeys=storeys,
-        notes=(*frame.notes, *structure.notes),
+        notes=(*frame.notes, *(note for s in summaries for note in s.notes), *structure.notes),
     )
 
 
 def _sources(headers: Sequence[ScanHeader], summaries: Sequence[ScanSummary]) -> dict[int, ScanSource]:
-    """Scan sources by station number."""
-    ids = distinct(stable_id("scan", h.path.name, h.index) for h in headers)
+    """Scan sources by station number; several of one file where it tells them by point source ids."""
+    parts: list[tuple[int, str, str, int, Point3 | None]] = []
+    for header, summary in zip(headers, summaries, strict=True):
+        file, name = header.path.name, summary.name
+        if summary.sources:
+            counted = enumerate(zip(summary.sources, summary.source_points, strict=True))
+            parts += [(summary.station + k, f"{name}, source {source}", file, n, None) for k, (source, n) in counted]
+        else:
+            parts.append((summary.station, name, file, summary.points, summary.position))
+    ids = distinct(stable_id("scan", file, name) for _, name, file, _, _ in parts)
     return {
-        s.station: ScanSource(id=i, name=s.name, file=h.path.name, points=s.points, position=s.position)
-        for i, h, s in zip(ids, headers, summaries, strict=True)
+        station: ScanSource(id=i, name=name, file=file, points=points, position=position)
+        for i, (station, name, file, points, position) in zip(ids, parts, strict=True)
     }
 
 
@@ -292,7 +303,10 @@ def _fill(opening_id: str, shape: OpeningShape, place: str, evidence: Evidence) 
 
 
 def _sentence(shape: OpeningShape) -> str:
-    parts = [f"looked through on {shape.looked_through:.0%} of its area by {len(shape.stations)} scans"]
+    if is_virtual(shape.stations):
+        parts = [f"open on {shape.looked_through:.0%} of its area as far as the cloud tells without scanner positions"]
+    else:
+        parts = [f"looked through on {shape.looked_through:.0%} of its area by {len(shape.stations)} scans"]
     parts.append({0: "no jamb seen", 1: "one jamb seen", 2: "both jambs seen"}[shape.jambs])
     parts.append("lintel seen" if shape.lintel else "no lintel seen")
     return ", ".join(parts)

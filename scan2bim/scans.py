@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """A scan to convert: its header, its station number, and a hash of its content."""
+    """A scan to convert: its header, the number of its first station, and a hash of its content."""
 
     header: ScanHeader
     station: int
@@ -61,6 +61,7 @@ def gather(paths: Sequence[Path | str], keep_going: bool) -> ScanSet:
     files = find_inputs(paths)
     scans: list[Scan] = []
     failed: list[InputError] = []
+    station = 0
     for path in files:
         try:
             headers = _headers(path)
@@ -69,7 +70,8 @@ def gather(paths: Sequence[Path | str], keep_going: bool) -> ScanSet:
             failed.append(error)
             continue
         for header in headers:
-            scans.append(Scan(header, len(scans), digest(identity, str(header.index))))
+            scans.append(Scan(header, station, digest(identity, str(header.index))))
+            station += max(1, len(header.sources))
     if failed and (not keep_going or not scans):
         raise _all_in_one(failed, len(files))
     return ScanSet(tuple(scans), tuple(str(error) for error in failed))

@@ -17,13 +17,22 @@ from scan2bim.cloud.scan import Chunk, ScanHeader
 from scan2bim.cloud.tiles import TileWriter
 from scan2bim.config import ReadSettings
 
+MOST_LAYERED = 0.3
+"""Share of points that lie behind each other as seen from the scan's pose, above which the pose is not where they were
+scanned from. Scans have a few percent (edges, panes), merged clouds more than half."""
+MERGED = (
+    "its points lie behind each other as seen from its pose, as in a merged cloud; the position is taken as unknown."
+)
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
 class ScanSummary:
-    """What the read stage found in a scan: station number, points kept and dropped, local bounds, position of the
-    scanner.
+    """What the read stage found in a scan: points kept and dropped, local bounds, position of the scanner, None where
+    unknown.
+
+    ``station`` is the number of its first station. Where the file tells several by point source ids, ``sources`` are
+    those, their stations follow in that order, and ``source_points`` are the points of each. ``notes`` are for people.
     """
 
     station: int
@@ -34,6 +43,9 @@ class ScanSummary:
     upper: tuple[float, float, float]
     position: tuple[float, float, float] | None
     has_colour: bool
+    sources: tuple[int, ...] = ()
+    source_points: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @staticmethod
     def load(folder: Path) -> ScanSummary:
@@ -57,7 +69,8 @@ def ingest_scan(
     position = None if header.pose is None else frame.position_of(header)
     ranges = _empty_ranges(header, settings) if position is not None else None
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    kept = dropped = 0
+    kept = dropped = layered = 0
+    per_source = np.zeros(len(header.sources), np.int64)
     with TileWriter(folder) as writer:
         for chunk in chunks:
             local, bounds = _transform(chunk.xyz, matrix, offset)
@@ -65,12 +78,18 @@ def ingest_scan(
             kept += len(local)
             if len(local):
                 low, high = np.minimum(low, bounds[0]), np.maximum(high, bounds[1])
-                writer.add(local, _colour(chunk), _grey(chunk), _stations(chunk, station))
+                order = _source_order(chunk, header)
+                per_source += np.bincount(order, minlength=len(per_source))[: len(per_source)]
+                writer.add(local, _colour(chunk), _grey(chunk), (order + station).astype(np.uint16))
                 if ranges is not None and position is not None:
-                    add_hits(local, position.astype(np.float32), ranges)
+                    layered += add_hits(local, position.astype(np.float32), ranges)
             if ranges is not None and chunk.misses is not None:
                 add_misses((chunk.misses @ matrix.T.astype(np.float32)).astype(np.float32), ranges)
             progress(min(1.0, (kept + dropped) / max(header.points, 1)))
+    notes: tuple[str, ...] = ()
+    if position is not None and layered > MOST_LAYERED * kept:
+        notes = (f"{header.path.name}, {header.name}: {MERGED}",)
+        position = None
     if ranges is not None and position is not None:
         Panorama(position, ranges).save(folder / "panorama.npz")
     summary = ScanSummary(
@@ -82,6 +101,9 @@ def ingest_scan(
         _three(high),
         None if position is None else _three(position),
         header.has_colour,
+        header.sources,
+        tuple(int(n) for n in per_source),
+        notes,
     )
     (folder / "summary.json").write_bytes(TypeAdapter(ScanSummary).dump_json(summary))
 
@@ -109,8 +131,15 @@ def _grey(chunk: Chunk) -> NDArray[np.uint8]:
     return (np.clip(chunk.intensity, 0, 1) * np.float32(255)).astype(np.uint8)
 
 
-def _stations(chunk: Chunk, station: int) -> NDArray[np.uint16]:
-    return np.full(len(chunk.xyz), station, np.uint16)
+def _source_order(chunk: Chunk, header: ScanHeader) -> NDArray[np.int64]:
+    """Which of the header's sources each point (n,) is of, by place; 0 where the file tells no sources or an unlisted
+    one.
+    """
+    if chunk.source is None or not header.sources:
+        return np.zeros(len(chunk.xyz), np.int64)
+    known = np.array(header.sources)
+    place = np.minimum(np.searchsorted(known, chunk.source), len(known) - 1)
+    return np.where(known[place] == chunk.source, place, 0)
 
 
 @nb.njit(cache=True, nogil=True)

@@ -81,8 +81,13 @@ def cube_cell(dx, dy, dz, edge):  # pyright: ignore
 
 @nb.njit(cache=True, nogil=True)
 def add_hits(local, position, ranges):  # pyright: ignore
-    """Keep the nearest range of points ``local`` (n, 3) float32 in ``ranges`` (6, edge, edge); in place."""
+    """Keep the nearest range of points ``local`` (n, 3) float32 in ``ranges`` (6, edge, edge); in place.
+
+    Gives how many points lie clearly before or behind what was already seen in their direction: few for a scan, which
+    sees one surface in each direction, many for a cloud that was not taken from this position.
+    """
     edge = ranges.shape[1]
+    layered = 0
     for i in range(local.shape[0]):
         dx = local[i, 0] - position[0]
         dy = local[i, 1] - position[1]
@@ -90,8 +95,11 @@ def add_hits(local, position, ranges):  # pyright: ignore
         f, a, b = cube_cell(dx, dy, dz, edge)
         r = np.sqrt(dx * dx + dy * dy + dz * dz)
         old = ranges[f, a, b]
+        if old > 0.0 and abs(r - old) > 0.15 * r + 0.1:
+            layered += 1
         if old <= 0.0 or r < old:
             ranges[f, a, b] = r
+    return layered
 
 
 @nb.njit(cache=True, nogil=True)

@@ -31,7 +31,8 @@ class Scene:
 def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
     """Read surfels and panoramas, and drop surfels that their own station's surroundings do not bear out."""
     summaries = [ScanSummary.load(f) for f in scan_folders]
-    stations = np.full((max((s.station for s in summaries), default=-1) + 1, 3), np.nan)
+    last = max((s.station + len(s.sources) for s in summaries), default=0)
+    stations = np.full((last + 1, 3), np.nan)
     panoramas: dict[int, Panorama] = {}
     for summary, folder in zip(summaries, scan_folders, strict=True):
         if summary.position is not None:

@@ -19,6 +19,9 @@ SMALLEST_AREA = 0.15
 """Square metres: hatches and roof lights are larger, holes in the sampling are smaller."""
 NARROWEST, WIDEST_DOOR = 0.45, 2.6
 """Clear widths of doors, metres (trade: single 0.5 to 1.5, double to 2.5)."""
+WIDEST_SINGLE = 1.3
+"""Clear width, metres, up to which an opening whose lintel cannot be seen (scan cut below the ceiling) is taken for a
+door."""
 LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.15
 """A door's head lies at least this high over the floor, its sill at most this high, metres."""
 REVEAL = 0.14
@@ -203,7 +206,8 @@ def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
         return "window" if outer else "passage"
     if outer and _glazed(image, left, right, bottom, top):
         return "window" if right - left > 1.3 else "door"
-    return "door" if lintel and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
+    door_like = lintel or (not wall.top_seen and right - left <= WIDEST_SINGLE)
+    return "door" if door_like and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
 
 
 def _glazed(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:

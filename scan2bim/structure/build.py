@@ -15,6 +15,7 @@ from shapely.geometry import LineString, Polygon
 from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
+from scan2bim.errors import PrecheckError
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.plan import Plan, plan_of
@@ -45,6 +46,11 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     """Storeys, each with its spaces and walls."""
     layers = layers_of(scene.surfels)
     levels = find_storeys(scene.surfels, layers, settings)
+    if not levels:
+        raise PrecheckError(
+            "No floor was found: no flat surface of 3 m2 or more with 1.5 m of clear height above it. Expected scans "
+            "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the files."
+        )
     faces: list[Face] = []
     depths: list[float] = []
     rooms: list[Rooms] = []
@@ -62,10 +68,6 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
 
 def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene: Scene) -> tuple[str, ...]:
     notes: list[str] = []
-    if not levels:
-        notes.append(
-            "No floor was found: no surface of 3 m2 or more with room to stand above it. The model has no storey."
-        )
     if not scene.panoramas:
         notes.append("No scanner positions are known: what was looked through cannot be told from what was never seen.")
     for number, (level, storey) in enumerate(zip(levels, storeys, strict=True)):
