@@ -17,7 +17,8 @@ NOISE = 0.002
 def level(x0: float, y0: float, x1: float, y1: float, z: float) -> F64:
     """Points (n, 3) on a horizontal rectangle."""
     x, y = np.meshgrid(np.arange(x0, x1, STEP) + STEP / 2, np.arange(y0, y1, STEP) + STEP / 2)
-    return np.column_stack([x.ravel(), y.ravel(), _noisy(np.full(x.size, z))])
+    x, y = (axis.ravel() + _jitter(x.size, seed) for seed, axis in enumerate((x, y)))
+    return np.column_stack([x, y, _noisy(np.full(x.size, z))])
 
 
 def upright(a: tuple[float, float], b: tuple[float, float], low: float, high: float) -> F64:
@@ -26,9 +27,10 @@ def upright(a: tuple[float, float], b: tuple[float, float], low: float, high: fl
     length = float(np.linalg.norm(end - start))
     along = (end - start) / length
     t, z = np.meshgrid(np.arange(0, length, STEP) + STEP / 2, np.arange(low, high, STEP) + STEP / 2)
+    t, z = (axis.ravel() + _jitter(t.size, seed) for seed, axis in enumerate((t, z)))
     off = _noisy(np.zeros(t.size))
-    plan = start + t.ravel()[:, None] * along + off[:, None] * np.array([-along[1], along[0]])
-    return np.column_stack([plan, z.ravel()])
+    plan = start + t[:, None] * along + off[:, None] * np.array([-along[1], along[0]])
+    return np.column_stack([plan, z])
 
 
 def room(x0: float, y0: float, x1: float, y1: float, floor: float = 0.0, ceiling: float | None = 2.5) -> list[F64]:
@@ -49,8 +51,10 @@ def turned(points: F64, yaw: float) -> F64:
 def surfels_of(points: F64, station: int | NDArray[np.int64] = 0) -> Surfels:
     """Mean and number of the points (n, 3) of each voxel; ``station`` one for all or (n,)."""
     cell = np.floor(points / [PLAN, PLAN, TALL]).astype(np.int64)
-    _, first, inverse, count = np.unique(cell, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    inverse = inverse.ravel()
+    x, y, z = (cell - cell.min(0)).T
+    _, first, inverse, count = np.unique(
+        (x * 4096 + y) * 4096 + z, return_index=True, return_inverse=True, return_counts=True
+    )
     mean = np.stack([np.bincount(inverse, points[:, k]) / count for k in range(3)], 1)
     seen_by = np.broadcast_to(np.asarray(station, np.uint16), len(points))[first]
     n = len(count)
@@ -65,3 +69,8 @@ def surfels_of(points: F64, station: int | NDArray[np.int64] = 0) -> Surfels:
 
 def _noisy(values: F64) -> F64:
     return values + np.random.default_rng(len(values)).normal(0.0, NOISE, len(values))
+
+
+def _jitter(count: int, seed: int) -> F64:
+    """So that the points' grid does not beat with that of the voxels."""
+    return np.random.default_rng([count, seed]).uniform(-0.4 * STEP, 0.4 * STEP, count)

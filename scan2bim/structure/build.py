@@ -49,7 +49,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     if not levels:
         raise PrecheckError(
             "No floor was found: no flat surface of 3 m2 or more with 1.5 m of clear height above it. Expected scans "
-            "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the files."
+            "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the "
+            "files."
         )
     faces: list[Face] = []
     depths: list[float] = []
