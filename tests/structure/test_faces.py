@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from surfaces import level, room, surfels_of, turned, upright
+
+from scan2bim.config import StructureSettings
+from scan2bim.structure.faces import Face, find_faces, main_direction
+from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.storeys import find_storeys, layers_of
+
+F64 = NDArray[np.float64]
+YAWS = [0.0, 0.3, np.pi / 4, 1.2]
+Line = tuple[tuple[float, float], tuple[float, float]]
+
+
+def plan(rooms: list[list[F64]], eyes: list[tuple[float, float]], yaw: float = 0.0) -> Plan:
+    """Plan of rooms, each seen by the station that stands in it."""
+    points = [np.concatenate(parts) for parts in rooms]
+    station = np.repeat(np.arange(len(rooms)), [len(p) for p in points])
+    surfels = surfels_of(turned(np.concatenate(points), yaw), station)
+    layers = layers_of(surfels)
+    positions = turned(np.array([[x, y, 1.5] for x, y in eyes]), yaw)
+    return plan_of(find_storeys(surfels, layers, StructureSettings())[0], surfels, layers, positions)
+
+
+def two_rooms(thickness: float, yaw: float) -> tuple[Plan, dict[str, tuple[F64, F64, F64]]]:
+    """Two rooms of 4 x 3 m with a partition between them; faces of the partition: ends (2,), and normal to the air."""
+    x = 4.0 + thickness
+    found = plan([room(0, 0, 4, 3), room(x, 0, x + 4, 3)], [(2, 1.5), (x + 2, 1.5)], yaw)
+    ends = {"west": ((4.0, 0.0), (4.0, 3.0), (-1.0, 0.0)), "east": ((x, 0.0), (x, 3.0), (1.0, 0.0))}
+    return found, {name: tuple(turned(np.array([[*p, 0.0] for p in line]), yaw)[:, :2]) for name, line in ends.items()}
+
+
+def distance(face: Face, a: F64, b: F64) -> float:
+    """Largest distance, metres, of the ends of a line from the face's line."""
+    return float(np.abs((np.array([a, b]) - face.centre) @ face.normal).max())
+
+
+def on_line(faces: tuple[Face, ...], a: F64, b: F64, within: float) -> list[Face]:
+    return [f for f in faces if distance(f, a, b) < within]
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_every_wall_of_a_room_gives_one_straight_face_to_two_millimetres(yaw: float) -> None:
+    faces = find_faces(plan([room(0, 0, 5, 3)], [(2, 1)], yaw))
+    corners = turned(np.array([[0, 0, 0], [5, 0, 0], [5, 3, 0], [0, 3, 0]]), yaw)[:, :2]
+    assert len(faces) == 4
+    for a, b in zip(corners, np.roll(corners, -1, 0), strict=True):
+        (face,) = on_line(faces, a, b, 0.002)
+        assert face.length == pytest.approx(float(np.linalg.norm(b - a)), abs=0.12)
+        assert face.rms < 0.005
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_the_normal_of_a_face_points_to_the_air(yaw: float) -> None:
+    middle = turned(np.array([[2.5, 1.5, 0.0]]), yaw)[0, :2]
+    for face in find_faces(plan([room(0, 0, 5, 3)], [(2, 1)], yaw)):
+        assert (middle - face.centre) @ face.normal > 1.0
+        assert face.sided
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+@pytest.mark.parametrize("thickness", [0.06, 0.08, 0.10, 0.12])
+def test_a_thin_partition_gives_both_of_its_faces(thickness: float, yaw: float) -> None:
+    found, sides = two_rooms(thickness, yaw)
+    faces = find_faces(found)
+    for name, (a, b, normal) in sides.items():
+        mine = [f for f in on_line(faces, a, b, 0.003) if f.normal @ normal > 0.99]
+        assert len(mine) == 1, name
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_a_wall_goes_on_as_one_face_across_a_door(yaw: float) -> None:
+    walls = [upright((2.0, 0.0), (2.0, 1.0), 0.0, 2.5), upright((2.0, 1.9), (2.0, 4.0), 0.0, 2.5)]
+    lintel = upright((2.0, 1.0), (2.0, 1.9), 2.05, 2.5)
+    other = upright((2.1, 0.0), (2.1, 4.0), 0.0, 2.5)
+    parts = [*room(0, 0, 2, 4)[:2], *room(0, 0, 2, 4)[2:3], *room(0, 0, 2, 4)[4:], *walls, lintel]
+    faces = find_faces(plan([parts, [other]], [(1, 2), (4, 2)], yaw))
+    a, b = turned(np.array([[2.0, 0.0, 0.0], [2.0, 4.0, 0.0]]), yaw)[:, :2]
+    (face,) = on_line(faces, a, b, 0.003)
+    assert face.length == pytest.approx(4.0, abs=0.12)
+
+
+@pytest.mark.parametrize("top", [0.75, 1.4, 2.0])
+@pytest.mark.parametrize("yaw", YAWS[:2])
+def test_furniture_that_stays_below_the_ceiling_gives_no_face(top: float, yaw: float) -> None:
+    corners: list[tuple[float, float]] = [(2.0, 1.0), (3.6, 1.0), (3.6, 1.6), (2.0, 1.6)]
+    sides = [upright(corners[i], corners[(i + 1) % 4], 0.0, top) for i in range(4)]
+    parts = [*room(0, 0, 5, 4), level(2.0, 1.0, 3.6, 1.6, top), *sides]
+    assert len(find_faces(plan([parts], [(1, 3)], yaw))) == 4
+
+
+def test_the_main_direction_is_that_of_the_walls() -> None:
+    for yaw in YAWS[1:]:
+        found = main_direction(find_faces(plan([room(0, 0, 5, 3)], [(2, 1)], yaw)))
+        assert found == pytest.approx(yaw, abs=0.002)
+
+
+def test_without_faces_there_is_a_main_direction_all_the_same() -> None:
+    assert main_direction([]) == 0.0
+
+
+@pytest.mark.parametrize("yaw", YAWS[:2])
+def test_faces_have_a_front_also_where_no_station_is_known(yaw: float) -> None:
+    surfels = surfels_of(turned(np.concatenate(room(0, 0, 5, 3)), yaw))
+    layers = layers_of(surfels)
+    faces = find_faces(
+        plan_of(find_storeys(surfels, layers, StructureSettings())[0], surfels, layers, np.full((1, 3), np.nan))
+    )
+    middle = turned(np.array([[2.5, 1.5, 0.0]]), yaw)[0, :2]
+    assert len(faces) == 4
+    for face in faces:
+        assert (middle - face.centre) @ face.normal > 1.0

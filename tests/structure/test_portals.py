@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import pytest
+import shapely
+from shapely.affinity import rotate
+from shapely.geometry import Polygon
+
+from scan2bim.structure.portals import split_at_portals
+
+YAWS = [0.0, 23.0, 45.0, 110.0]
+
+
+def union(*parts: Polygon) -> Polygon:
+    """One counter-clockwise polygon, as outlines of spaces are."""
+    polygon = shapely.orient_polygons(shapely.union_all(parts))
+    assert isinstance(polygon, Polygon)
+    return polygon
+
+
+def dumbbell(width: float, degrees: float = 0.0) -> Polygon:
+    """Two areas of 4 x 4 m that a passage as deep as a wall joins."""
+    left, right = shapely.box(0, 0, 4, 4), shapely.box(4.1, 0, 8.1, 4)
+    joined = union(left, right, shapely.box(3.9, 1.0, 4.2, 1.0 + width))
+    return rotate(joined, degrees, origin=(0.0, 0.0))
+
+
+@pytest.mark.parametrize("degrees", YAWS)
+@pytest.mark.parametrize("width", [0.9, 1.6, 2.4])
+def test_a_passage_parts_an_open_plan(width: float, degrees: float) -> None:
+    polygon = dumbbell(width, degrees)
+    parts, cuts = split_at_portals(polygon)
+    assert len(parts) == 2
+    assert len(cuts) == 1
+    assert cuts[0].length == pytest.approx(width, abs=0.01)
+    assert sum(p.area for p in parts) == pytest.approx(polygon.area, abs=1e-3)
+    assert parts[0].intersection(parts[1]).area < 1e-3
+
+
+def test_a_plain_room_stays_whole() -> None:
+    room = shapely.box(0, 0, 9, 4)
+    assert split_at_portals(room) == ([room], [])
+
+
+def test_a_wide_opening_does_not_part_a_space() -> None:
+    wide = union(shapely.box(0, 0, 5, 6), shapely.box(5, 0.2, 10, 5.8))
+    assert len(split_at_portals(wide)[0]) == 1
+
+
+@pytest.mark.parametrize("degrees", YAWS)
+def test_a_niche_stays_with_its_room(degrees: float) -> None:
+    polygon = rotate(union(shapely.box(0, 0, 5, 4), shapely.box(5, 1, 6.2, 2.5)), degrees, origin=(0, 0))
+    parts, cuts = split_at_portals(polygon)
+    assert len(parts) == 1
+    assert not cuts
+
+
+def test_three_areas_in_a_row_are_three_spaces() -> None:
+    row = union(*[shapely.box(4.1 * i, 0, 4.1 * i + 4, 4) for i in range(3)], shapely.box(3, 1, 9, 2))
+    parts, cuts = split_at_portals(row)
+    assert len(parts) == 3
+    assert len(cuts) == 2
+    assert sum(p.area for p in parts) == pytest.approx(row.area, abs=1e-3)
+
+
+def test_parts_keep_their_holes() -> None:
+    hollow = dumbbell(1.2).difference(shapely.box(1, 1, 1.5, 1.5))
+    parts, _ = split_at_portals(union(*[p for p in shapely.get_parts(hollow) if isinstance(p, Polygon)]))
+    assert sorted(len(p.interiors) for p in parts) == [0, 1]

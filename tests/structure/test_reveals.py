@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+import pytest
+
+from scan2bim.structure.reveals import outer_thickness
+from scan2bim.structure.walls import OUTER, THICKEST
+
+
+def test_without_deep_reveals_outer_walls_have_the_usual_thickness() -> None:
+    assert outer_thickness([]) == OUTER
+    assert outer_thickness([0.1, 0.15, 0.2, OUTER - 0.01]) == OUTER
+
+
+def test_one_deep_reveal_is_not_believed() -> None:
+    assert outer_thickness([0.1, 0.1, 0.6]) == OUTER
+
+
+def test_outer_walls_are_at_least_as_thick_as_their_reveals_are_deep() -> None:
+    thickness = outer_thickness([0.40, 0.41, 0.42, 0.42, 0.1])
+    assert thickness == pytest.approx(0.43, abs=0.02)
+    assert thickness < THICKEST
