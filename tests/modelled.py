@@ -150,7 +150,7 @@ def rectangle_of(opening: OpeningShape, model: Modelled) -> F64:
 
 
 def rectangle_overlap(true: F64, found: F64, across: float = 0.1) -> float:
-    """Intersection over union of two upright rectangles (4, 3), seen squarely on the first; 0 if ``across`` metres apart."""
+    """Intersection over union of two upright rectangles (4, 3), seen squarely on the first; 0 if further apart."""
     along = (true[1] - true[0]) / np.linalg.norm(true[1] - true[0])
     offset = found - true[0]
     if np.abs(offset[:, :2] @ np.array([-along[1], along[0]])).max() > across:
