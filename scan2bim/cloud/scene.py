@@ -19,17 +19,18 @@ TRUST = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Trusted surfels; ``panoramas`` by station number; ``stations`` (s, 3) positions by station number, nan where
-    unknown.
+    """Trusted surfels, and ``doubtful`` ones that their own station's surroundings do not bear out; ``panoramas`` by
+    station number; ``stations`` (s, 3) positions by station number, nan where unknown.
     """
 
     surfels: Surfels
+    doubtful: Surfels
     panoramas: dict[int, Panorama]
     stations: NDArray[np.float64]
 
 
 def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
-    """Read surfels and panoramas, and drop surfels that their own station's surroundings do not bear out."""
+    """Read surfels and panoramas, and part the surfels by whether their own station's surroundings bear them out."""
     summaries = [ScanSummary.load(f) for f in scan_folders]
     last = max((s.station + len(s.sources) for s in summaries), default=0)
     stations = np.full((last + 1, 3), np.nan)
@@ -40,4 +41,4 @@ def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
             panoramas[summary.station] = Panorama.load(folder / "panorama.npz")
     surfels = Surfels.load(surfel_folder)
     trusted = agreement(surfels.xyz, surfels.station, panoramas) >= TRUST
-    return Scene(surfels.pick(trusted), panoramas, stations)
+    return Scene(surfels.pick(trusted), surfels.pick(~trusted), panoramas, stations)

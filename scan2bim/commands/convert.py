@@ -14,6 +14,7 @@ from types import FrameType
 from scan2bim.commands.summary import outcome_json, outcome_text, plan_json, plan_text
 from scan2bim.config import load_settings
 from scan2bim.errors import UsageError
+from scan2bim.exporters.registry import suffix_of
 from scan2bim.pipeline import convert
 from scan2bim.planning import Request, plan
 from scan2bim.progress import Message, Reporter, size
@@ -73,14 +74,19 @@ def default_work(outputs: Sequence[Path]) -> Path:
     first = outputs[0]
     if first.is_dir() or not first.suffix:
         return first / ".scan2bim-work"
-    return first.parent / f".{first.stem}.scan2bim-work"
+    return first.parent / f".{_stem(first)}.scan2bim-work"
 
 
 def _name(given: str | None, outputs: Sequence[Path]) -> str:
     if given is not None and not given.strip():
         raise UsageError("--name: expected a name, got an empty one.")
     first = outputs[0]
-    return given or (first.resolve().name if first.is_dir() or not first.suffix else first.stem) or "building"
+    return given or (first.resolve().name if first.is_dir() or not first.suffix else _stem(first)) or "building"
+
+
+def _stem(path: Path) -> str:
+    """The file's name without its known suffix: ``house`` of both ``house.png`` and ``house.view.png``."""
+    return path.name[: -len(suffix)] if (suffix := suffix_of(path)) else path.stem
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -52,6 +52,12 @@ def known_suffixes() -> tuple[str, ...]:
     return tuple(f".{name}" for name in sorted(_entry_points()))
 
 
+def suffix_of(path: Path) -> str:
+    """The longest known suffix that the file's name ends in, as ``.view.png`` before ``.png``; "" for none."""
+    name = path.name.lower()
+    return max((s for s in known_suffixes() if name.endswith(s) and name != s), key=len, default="")
+
+
 def check_targets(targets: Sequence[Path]) -> None:
     """Look, before the long work, whether all targets could be written. Nothing is made or changed.
 
@@ -147,13 +153,13 @@ def _load(point: metadata.EntryPoint) -> Export:
 
 def _is_folder(target: Path) -> bool:
     """Whether the target means a folder: it is one, or it has no suffix."""
-    return target.suffix.lower() not in known_suffixes() and (target.is_dir() or not target.suffix)
+    return not suffix_of(target) and (target.is_dir() or not target.suffix)
 
 
 def _plan_paths(target: Path, stem: str) -> list[Path]:
     if _is_folder(target):
         return [target / f"{stem}.{name}" for name in sorted(_entry_points())]
-    if target.suffix.lower() not in known_suffixes():
+    if not suffix_of(target):
         raise UsageError(
             f"{target}: the format {target.suffix!r} is not known. Expected a folder or a file ending in {_known()}."
         )
@@ -170,7 +176,7 @@ def _jobs(target: Path, stem: str) -> list[_Job]:
     jobs: list[_Job] = []
     for path in _plan_paths(target, stem):
         try:
-            jobs.append(_Job(path, _load(points[path.suffix.lower()[1:]])))
+            jobs.append(_Job(path, _load(points[suffix_of(path)[1:]])))
         except UsageError as error:
             if path == target:
                 raise

@@ -132,6 +132,7 @@ def _add_storey(stage: Usd.Stage, storey: Storey) -> list[str]:
 def _add_walls(stage: Usd.Stage, storey_path: Sdf.Path, storey: Storey) -> list[str]:
     bodies, floor = wall_bodies(storey), storey.elevation.value
     left_out: list[str] = []
+    leafless: list[str] = []
     for wall in storey.walls:
         path = free_path(stage, define_group(stage, storey_path, "Walls"), "Wall", wall.id)
         place = (*wall.start, wall.base - floor)
@@ -140,8 +141,9 @@ def _add_walls(stage: Usd.Stage, storey_path: Sdf.Path, storey: Storey) -> list[
         left_out += _add_body(stage, path, bodies[wall.id], wall)
         for opening in wall.openings:
             if not add_opening(stage, storey_path, path, wall, opening, floor):
-                name = (opening.fill or opening).name
-                left_out.append(f"{storey.name}, {name}: no leaf, since its hinge, swing or angle is not known.")
+                leafless.append((opening.fill or opening).name)
+    if leafless:
+        left_out.append(f"{storey.name}: no leaf, since hinge, swing or angle is not known: {', '.join(leafless)}.")
     return left_out
 
 

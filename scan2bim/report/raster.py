@@ -32,7 +32,7 @@ def sheet_image(sheet: Sheet) -> Image:
 
 def encode_png(image: Image) -> bytes:
     """An sRGB picture as the bytes of a PNG file. Raises StageError where it cannot be encoded."""
-    done, data = cv2.imencode(".png", np.ascontiguousarray(image[..., ::-1]))
+    done, data = cv2.imencode(".png", np.ascontiguousarray(image[..., ::-1]), [cv2.IMWRITE_PNG_COMPRESSION, 9])
     if not done:
         raise StageError(f"A picture of {image.shape[1]} x {image.shape[0]} pixels cannot be written as PNG.")
     return data.tobytes()

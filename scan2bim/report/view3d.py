@@ -69,9 +69,10 @@ def draw_view(building: Building, *, panel: tuple[int, int] = (1000, 800)) -> Im
     return image
 
 
-def write_view(building: Building, path: Path) -> None:
-    """Write ``draw_view`` as a PNG file. Raises OSError."""
+def export(building: Building, path: Path) -> tuple[str, ...]:
+    """Write ``draw_view`` as a PNG file, and say what it leaves out. Raises OSError."""
     path.write_bytes(encode_png(draw_view(building)))
+    return ("Ceilings and roofs are not drawn in a view.",)
 
 
 def storey_bodies(storey: Storey) -> list[Body]:

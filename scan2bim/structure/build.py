@@ -18,6 +18,7 @@ from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
+from scan2bim.structure.panes import with_panes
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
@@ -58,7 +59,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     for number, level in enumerate(levels):
         plan = plan_of(level, scene.surfels, layers, scene.stations)
         found = find_faces(plan)
-        rooms.append(_rooms(plan, found, scene))
+        plan, panes = with_panes(plan, found, scene.doubtful, scene.stations)
+        rooms.append(_rooms(plan, [*found, *panes], scene))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))

@@ -28,6 +28,8 @@ LONGEST_BARE = 0.8
 """Length, metres, from which an edge of the floor or ceiling without a wall face is drawn as a cut."""
 REACH = 4.0
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
+LEAST_MEAN = 0.35
+"""Least mean evidence per square metre of a space: outdoors, seen through panes, reaches less."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
 BARE_EDGE = 0.30
@@ -46,6 +48,8 @@ NOTHING = -0.2
 """Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
 SLIT = 0.03
 """Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
+BEHIND_GAP = 0.5
+"""What a metre between two seen stretches speaks for wall behind it, of a metre of seen face: doors and windows."""
 BRIDGED = 0.6
 """What a metre between two seen stretches of one face counts, of a metre of seen face: walls go on in line."""
 SCALE = 2000.0
@@ -59,14 +63,15 @@ I64 = NDArray[np.int64]
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """``polygons`` (c,) shapely; ``edges`` (e, 2) the cells on both sides of an inner edge, ``ends`` (e, 2, 2) its end
-    points, ``covered`` (e,) 0-1 the share of it on which a face was seen; ``evidence`` (c,) square metres, positive for
-    space.
+    points; ``covered`` (e,) 0-1 how far a border there is expected: seen faces, and stretches between them; ``parted``
+    (e,) the share of it on which a face was seen; ``evidence`` (c,) square metres, positive for space.
     """
 
     polygons: NDArray[np.object_]
     edges: I64
     ends: F64
     covered: F64
+    parted: F64
     evidence: F64
 
 
@@ -182,12 +187,14 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
         if len(order) > 1
         else np.zeros((0, 2), np.int64)
     )
-    covered_left, covered_right, bridged = _coverage(ends, faces, plan)
+    seen = _coverage(ends, faces, plan)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
-    np.add.at(evidence, cell, SIDE * length * (covered_left - covered_right * back))
-    both = np.maximum(np.maximum(covered_left, covered_right), BRIDGED * bridged)
-    return Cells(polygons, cell[pair], ends[pair[:, 0]], both[pair[:, 0]] if len(pair) else np.zeros(0), evidence)
+    behind = np.maximum(seen.right, BEHIND_GAP * seen.bridged_right)
+    np.add.at(evidence, cell, SIDE * length * (seen.left - behind * back * seen.opaque))
+    parted = np.maximum(seen.left, seen.right)[pair[:, 0]]
+    covered = np.maximum(parted, BRIDGED * seen.bridged[pair[:, 0]])
+    return Cells(polygons, cell[pair], ends[pair[:, 0]], covered, parted, evidence)
 
 
 def _caps(face: Face) -> tuple[F64, F64]:
@@ -232,15 +239,27 @@ def _edge_keys(ends: F64) -> I64:
     return q.reshape(-1, 4)
 
 
-def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64, F64]:
-    """Share of each edge (e,) on which a face was seen with its air on the left, and on the right of the edge (unsided
-    faces give half to both), and the share that lies between the ends of a face, seen or not: across a door, behind a
-    cupboard.
+@dataclass(frozen=True, slots=True, eq=False)
+class Coverage:
+    """Per edge (e,): share on which a face was seen with its air on the ``left``, on the ``right`` of the edge (unsided
+    faces give half to both); ``bridged`` share that lies between the ends of a face, seen or not: across a door, behind
+    a cupboard; ``opaque`` where no pane is.
     """
+
+    left: F64
+    right: F64
+    bridged: F64
+    bridged_right: F64
+    opaque: NDArray[np.bool_]
+
+
+def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
+    """What the faces cover of each edge; ``ends`` (e, 2, 2)."""
     middle = ends.mean(1)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
-    left, right, bridged = np.zeros(len(ends)), np.zeros(len(ends)), np.zeros(len(ends))
+    left, right, bridged, bridged_right = np.zeros((4, len(ends)))
+    opaque = np.ones(len(ends), bool)
     for face in faces:
         on = np.flatnonzero(
             (np.abs((middle - face.centre) @ face.normal) < 2e-4)
@@ -250,18 +269,21 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> tuple[F64, F64, F
             continue
         seen, start = _seen_along(face, plan)
         along = np.sort((ends[on] - face.centre) @ face.direction, axis=1)
+        same = direction[on] @ face.direction > 0
         if len(face.columns):
             inner = np.clip(along, face.low, face.high)
-            bridged[on] = np.maximum(bridged[on], (inner[:, 1] - inner[:, 0]) / np.maximum(length[on], 1e-9))
+            between = (inner[:, 1] - inner[:, 0]) / np.maximum(length[on], 1e-9)
+            bridged[on] = np.maximum(bridged[on], between)
+            bridged_right[on] = np.maximum(bridged_right[on], np.where(same | (not face.sided), 0.0, between))
         total = np.concatenate([[0.0], np.cumsum(seen)])
         at = np.clip((along - start) / PLAN, 0, len(seen))
         share = np.interp(at[:, 1], np.arange(len(total)), total) - np.interp(at[:, 0], np.arange(len(total)), total)
         share = np.clip(share * PLAN / np.maximum(length[on], 1e-9), 0, 1)
-        same = direction[on] @ face.direction > 0
         sided = 1.0 if face.sided else 0.5
         left[on] = np.maximum(left[on], np.where(same, share * sided, share * (1 - sided)))
         right[on] = np.maximum(right[on], np.where(same, share * (1 - sided), share * sided))
-    return left, right, bridged
+        opaque[on] &= not face.glass
+    return Coverage(left, right, bridged, bridged_right, opaque)
 
 
 def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
@@ -302,13 +324,13 @@ def label_cells(cells: Cells) -> NDArray[np.bool_]:
 def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
     """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
     count = len(cells.polygons)
-    joined = inside[cells.edges].all(1) & (cells.covered < 0.5)
+    joined = inside[cells.edges].all(1) & (cells.parted < 0.5)
     links = coo_array((np.ones(joined.sum()), (cells.edges[joined, 0], cells.edges[joined, 1])), shape=(count, count))
     _, label = connected_components(links, directed=False)
     spaces: list[Polygon] = []
     for number in np.unique(label[inside]):
         members = inside & (label == number)
-        if cells.evidence[members].sum() < 0.25 * shapely.area(cells.polygons[members]).sum():
+        if cells.evidence[members].sum() < LEAST_MEAN * shapely.area(cells.polygons[members]).sum():
             continue
         merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
         solid = (

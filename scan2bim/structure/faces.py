@@ -52,6 +52,7 @@ class Face:
     rms: float
     tall: float
     sided: bool
+    glass: bool = False
 
     @property
     def direction(self) -> F64:
@@ -71,18 +72,22 @@ class Face:
 def find_faces(plan: Plan) -> tuple[Face, ...]:
     """Faces of the storey's walls, longest first; upright things that stay below the ceiling zone are left out."""
     columns = plan.columns
-    upright = columns.bins >= FEWEST_BINS
+    upright = (columns.bins >= FEWEST_BINS) | (columns.high >= 2)
+    faces = [f for f in grow_faces(plan, upright, columns.high >= 3) if f.tall >= min(0.4, 0.5 * f.length)]
+    faces = [f for f in faces if f.tall >= 0.12 * f.length]
+    faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
+    return tuple(without_recesses(faces, faces))
+
+
+def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.bool_]) -> list[Face]:
+    """Straight runs of the ``upright`` columns (m,), those in one line joined; ``wall_like`` columns count more."""
+    columns = plan.columns
     index = np.full(plan.floor.shape, -1, np.int64)
-    at = np.flatnonzero(upright | (columns.high >= 2))
+    at = np.flatnonzero(upright)
     index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
     angle, line = _local_lines(index, columns.pixel, columns.xy, columns.view)
     region = _grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
-    wall_like = columns.high >= 3
-    faces = _fit_all(columns, region, wall_like)
-    faces = _merge_collinear(columns, faces, wall_like)
-    faces = [f for f in faces if f.tall >= min(0.4, 0.5 * f.length) and f.tall >= 0.12 * f.length]
-    faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
-    return tuple(without_recesses(faces, faces))
+    return _merge_collinear(columns, _fit_all(columns, region, wall_like), wall_like)
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:

@@ -11,14 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.surfels import PLAN, TALL, Surfels
+from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
+from scan2bim.structure.columns import Columns, Grid, gather_columns
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
-SKIRT = 0.15
-"""Height above the floor, metres, below which nothing is taken for a wall: skirting boards, cables, thresholds."""
-FLUSH = 0.07
-"""Distance from the ceiling, metres, within which points belong to it."""
 SOFFIT = 13
 """Pixels: a strip narrower than 65 cm that hangs lower than what is beside it is no ceiling of its own."""
 SMALLEST_CEILING = 7
@@ -29,41 +26,14 @@ CLEAR_SLOPE = 6.0
 """Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from
 its back.
 """
-HIGH = 0.45
-"""Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Columns:
-    """Vertical surfaces in plan: (m,) columns with two or more surfels one above the other.
-
-    ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied;
-    ``high`` (m,) how many of those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64
-    mean unit direction in plan from the surface to the stations that saw it, zero where no station is known; ``points``
-    (m,) number of scan points; ``station`` (m,) of one of its surfels; ``rgb`` (m, 3) mean colour.
-    """
-
-    pixel: NDArray[np.int64]
-    xy: F64
-    bins: NDArray[np.int64]
-    high: NDArray[np.int64]
-    low: NDArray[np.int64]
-    view: F64
-    points: NDArray[np.int64]
-    station: NDArray[np.uint16]
-    rgb: F64
-
-    def __len__(self) -> int:
-        return len(self.bins)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """Rasters (rows along y, columns along x) of a storey. ``origin`` (2,) is the lower left corner, pixels are PLAN
-    metres.
+    """Rasters (rows along y, columns along x) of a storey, on ``grid``.
 
     ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
@@ -71,12 +41,17 @@ class Plan:
     """
 
     levels: StoreyLevels
-    origin: F64
+    grid: Grid
     floor: U8
     ceiling: U8
     ceiling_z: F32
     void: U8
     columns: Columns
+
+    @property
+    def origin(self) -> F64:
+        """Lower left corner (2,), metres."""
+        return self.grid.origin
 
 
 def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F64) -> Plan:
@@ -94,25 +69,19 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     hollow &= z > levels.floor + LOWEST_CEILING
     overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
     ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
-    roof = _roof_near(ceiling_z)
-    roof = np.where(np.isfinite(roof), roof, levels.top)
-    upright = (
-        inside
-        & (z > levels.floor + SKIRT)
-        & (z < roof[pixel[:, 1].clip(0, shape[0] - 1), pixel[:, 0].clip(0, shape[1] - 1)] - FLUSH)
-    )
+    roof = _roof_near(ceiling_z).astype(np.float64)
+    grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
     floor = _mask(pixel[on_floor], shape)
     deep = (
         standing
         & ~(eye < levels.floor)
         & (z < levels.floor - 0.35)
         & (z + layers.above > levels.floor + HEADROOM)
-        & (pixel >= 0).all(1)
-        & (pixel < shape[::-1]).all(1)
+        & grid.contains(pixel)
     )
-    columns = _columns(surfels, layers, pixel, upright, z - levels.floor, roof, stations)
+    columns = gather_columns(surfels, layers, grid, stations)
     void = _void(floor, _mask(pixel[deep], shape))
-    return Plan(levels, origin, floor, ceiling, ceiling_z, void, _facing(columns, floor, ceiling_z))
+    return Plan(levels, grid, floor, ceiling, ceiling_z, void, _facing(columns, floor, ceiling_z))
 
 
 def _soffits(height: F32) -> NDArray[np.bool_]:
@@ -194,57 +163,9 @@ def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[
     return mask, height
 
 
-def _columns(
-    surfels: Surfels,
-    layers: Layers,
-    pixel: NDArray[np.int64],
-    upright: NDArray[np.bool_],
-    above_floor: F64,
-    roof_z: F64,
-    stations: F64,
-) -> Columns:
-    """Gather the surfels of each plan column whose neighbours above or below touch it."""
-    touching = (layers.above < 2.5 * TALL) | (layers.below < 2.5 * TALL)
-    at = np.flatnonzero(upright & touching)
-    p = pixel[at]
-    new = np.ones(len(at), bool)
-    new[1:] = (p[1:] != p[:-1]).any(1)
-    first = np.flatnonzero(new)
-    if len(first) == 0:
-        none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
-        return Columns(
-            pairs.astype(np.int64), pairs, none, none, none, pairs, none, none.astype(np.uint16), np.zeros((0, 3))
-        )
-    index = layers.order[at]
-    bins = np.diff(np.append(first, len(at)))
-    xyz = surfels.xyz[index].astype(np.float64)
-    weight = np.minimum(surfels.count[index].astype(np.float64), 8.0)
-    total = np.add.reduceat(weight, first)
-    xy = np.stack([np.add.reduceat(weight * xyz[:, k], first) / total for k in range(2)], 1)
-    view = _views(xyz, surfels.station[index], stations)
-    mean_view = np.stack([np.add.reduceat(view[:, k], first) / bins for k in range(2)], 1)
-    level = above_floor[at]
-    roof = roof_z[p[:, 1], p[:, 0]] - (xyz[:, 2] - level)
-    high = np.add.reduceat((level > roof - HIGH).astype(np.int64), first)
-    low = np.add.reduceat((level < 1.0).astype(np.int64), first)
-    points = np.add.reduceat(surfels.count[index].astype(np.int64), first)
-    rgb = np.add.reduceat(surfels.rgb[index].astype(np.float64), first) / bins[:, None]
-    return Columns(p[first], xy, bins, high, low, mean_view, points, surfels.station[index][first], rgb)
-
-
 def _roof_near(ceiling_z: F32) -> F32:
     """Ceiling height of the nearest pixel that has one, for every pixel; inf where there is no ceiling at all."""
     known = np.isfinite(ceiling_z)
     if not known.any():
         return np.full(ceiling_z.shape, np.inf, np.float32)
     return ceiling_z.ravel()[nearest_of(known)]
-
-
-def _views(xyz: F64, station: NDArray[np.uint16], stations: F64) -> F64:
-    """Unit direction in plan from each surfel to the station that saw it, zero where unknown; (n, 2)."""
-    view = np.zeros((len(xyz), 2))
-    known = station < len(stations)
-    view[known] = stations[station[known], :2] - xyz[known, :2]
-    view[~np.isfinite(view)] = 0.0
-    length = np.linalg.norm(view, axis=1, keepdims=True)
-    return np.divide(view, length, out=np.zeros_like(view), where=length > 1e-6)

@@ -47,4 +47,4 @@ def _depths(plan: Plan, axis: Axis) -> list[float]:
 def outer_thickness(depths: Sequence[float]) -> float:
     """Thickness to assume for outer walls: the usual one, or more where reveals go deeper."""
     deep = [d for d in depths if d > OUTER]
-    return OUTER if len(deep) < FEWEST else round(float(np.percentile(deep, 90)) + 0.02, 3)
+    return OUTER if len(deep) < FEWEST else round(float(np.percentile(deep, 75)) + 0.02, 3)

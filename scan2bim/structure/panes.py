@@ -1,0 +1,46 @@
+"""Glass fronts: upright planes made of the few pulses that panes send back.
+
+Such points hang before what their neighbours in the panorama saw, so that they are not trusted for walls. But where
+they line up in a plane over metres, something stands there that ends the space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from scan2bim.cloud.surfels import Surfels
+from scan2bim.structure.columns import F64, gather_columns
+from scan2bim.structure.faces import Face, grow_faces, without_recesses
+from scan2bim.structure.plan import Plan
+from scan2bim.structure.storeys import layers_of
+
+SHORTEST = 0.8
+"""Length, metres, of the shortest glass front looked for; windows in walls are found in their walls."""
+FEWEST_BINS = 4
+"""Heights of 10 cm with returns that a column of a pane must have."""
+FULLEST = 0.5
+"""Share of its length that a glass front's columns must fill."""
+APART = 0.15
+"""Distance, metres, from a seen wall face within which nothing is taken for another."""
+
+
+def with_panes(plan: Plan, faces: Sequence[Face], doubtful: Surfels, stations: F64) -> tuple[Plan, list[Face]]:
+    """The plan with the ``doubtful`` surfels' columns added after its own, and the glass fronts found among those."""
+    columns = gather_columns(doubtful, layers_of(doubtful), plan.grid, stations)
+    found = grow_faces(replace(plan, columns=columns), columns.bins >= FEWEST_BINS, columns.bins >= FEWEST_BINS)
+    panes = [f for f in found if f.length >= SHORTEST and f.tall >= FULLEST * f.length and f.sided]
+    panes = [f for f in without_recesses(panes, faces) if not any(_beside(f, other) for other in faces)]
+    joined = replace(plan, columns=plan.columns.joined(columns))
+    first = len(plan.columns)
+    return joined, [replace(f, columns=f.columns + first, glass=True) for f in panes]
+
+
+def _beside(pane: Face, face: Face) -> bool:
+    """Whether a pane lies along a seen face: the same surface, seen badly."""
+    ends = pane.ends() - face.centre
+    along = np.sort(ends @ face.direction)
+    near = np.abs(ends @ face.normal).max() < APART
+    return bool(near and min(along[1], face.high) - max(along[0], face.low) > 0.5 * pane.length)
