@@ -255,6 +255,7 @@ def test_a_missing_package_sends_to_the_doctor(run: Run, monkeypatch: pytest.Mon
         ("out/house.ifc", "out/.house.scan2bim-work"),
         ("house.usda", ".house.scan2bim-work"),
         ("delivery", "delivery/.scan2bim-work"),
+        ("out/house.view.png", "out/.house.scan2bim-work"),
     ],
 )
 def test_the_work_folder_is_hidden_at_the_first_output(output: str, work: str) -> None:

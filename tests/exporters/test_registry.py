@@ -61,7 +61,7 @@ def names(folder: Path) -> list[str]:
 
 def test_the_package_declares_its_exporters():
     own = {point.name for point in metadata.entry_points(group=registry.GROUP)}
-    assert own >= {"ifc", "usda", "usdc", "usdz", "json", "svg", "png"}
+    assert own >= {"ifc", "usda", "usdc", "usdz", "json", "svg", "png", "view.png"}
     assert {".ifc", ".usdz", ".json"} <= set(known_suffixes())
 
 
@@ -93,6 +93,14 @@ def test_a_folder_gets_all_formats_named_after_the_building(tmp_path):
 def test_an_unknown_suffix_names_the_known_ones(tmp_path, name):
     with pytest.raises(UsageError, match=r"\.one, \.two"):
         check_targets([tmp_path / name])
+
+
+def test_of_two_known_suffixes_the_longer_counts(exporters, tmp_path):
+    exporters.append(Point("view.one", writes("view")))
+    one, view = write_outputs(building(), [tmp_path / "x.one", tmp_path / "x.VIEW.one"])
+    assert (one.path.read_text(), view.path.read_text()) == ("1", "view")
+    assert registry.suffix_of(tmp_path / "my.view.one") == ".view.one"
+    assert registry.suffix_of(tmp_path / ".one") == ""
 
 
 @pytest.mark.usefixtures("exporters")

@@ -12,7 +12,7 @@ from buildings import building, ground_floor, measured
 from scan2bim.geometry.meshes import box_mesh, mesh_volume
 from scan2bim.model.elements import Building, Storey
 from scan2bim.report import palette
-from scan2bim.report.view3d import draw_view, storey_bodies, write_view
+from scan2bim.report.view3d import draw_view, export, storey_bodies
 from scan2bim.report.zbuffer import Body, Camera, render
 
 TOP = Camera(-math.pi / 2, math.pi / 2)
@@ -63,7 +63,5 @@ def test_the_view_shows_each_rooms_floor_and_each_doors_state():
 def test_the_view_is_the_same_on_every_run(tmp_path):
     small = building().model_copy(update={"storeys": building().storeys[:1]})
     assert np.array_equal(draw_view(small, panel=(200, 160)), draw_view(small, panel=(200, 160)))
-    write_view(
-        Building(id="b", name="B", storeys=(Storey(id="s", name="S", elevation=measured(0)),)), tmp_path / "v.png"
-    )
+    export(Building(id="b", name="B", storeys=(Storey(id="s", name="S", elevation=measured(0)),)), tmp_path / "v.png")
     assert cv2.imread(str(tmp_path / "v.png")) is not None
