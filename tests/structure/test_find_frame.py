@@ -71,7 +71,7 @@ def test_scanners_with_poses_stand_upright(building: F64) -> None:
 
 
 def test_large_coordinates_are_shifted_by_whole_metres_to_near_the_origin(building: F64) -> None:
-    moved = building + [500_123.4, 5_400_321.7, 312.0]
+    moved = building + np.array([500_123.4, 5_400_321.7, 312.0])
     frame = frame_of(moved)
     assert frame.shift == tuple(round(v) for v in frame.shift)
     local = moved * frame.unit - np.array(frame.shift)
@@ -80,7 +80,7 @@ def test_large_coordinates_are_shifted_by_whole_metres_to_near_the_origin(buildi
 
 
 def test_the_shift_is_in_metres_whatever_the_unit(building: F64) -> None:
-    moved = (building + [500_123.4, 5_400_321.7, 312.0]) * 1000
+    moved = (building + np.array([500_123.4, 5_400_321.7, 312.0])) * 1000
     frame = frame_of(moved)
     assert frame.unit == 0.001
     assert np.abs(moved[:, :2] * 0.001 - np.array(frame.shift[:2])).max() < 20
