@@ -75,8 +75,8 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="OUT",
-        help="file to write (.ifc .usda .usdc .usdz .json, plan: .svg .png, picture: .view.png) or folder (all of them); "
-        "may be given again",
+        help="file to write (.ifc .usda .usdc .usdz .json; plan: .svg .png; picture: .view.png) or folder (all of "
+        "them); may be given again",
     )
     convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
     _add_work(convert)

@@ -56,7 +56,7 @@ def gather(paths: Sequence[Path | str], keep_going: bool) -> ScanSet:
 
     Raises InputError that names every file that cannot be read; with ``keep_going`` only where none can.
     """
-    from scan2bim.readers import find_inputs
+    from scan2bim.readers import find_inputs, one_a_kind
 
     files = find_inputs(paths)
     scans: list[Scan] = []
@@ -74,7 +74,7 @@ def gather(paths: Sequence[Path | str], keep_going: bool) -> ScanSet:
             station += max(1, len(header.sources))
     if failed and (not keep_going or not scans):
         raise _all_in_one(failed, len(files))
-    return ScanSet(tuple(scans), tuple(str(error) for error in failed))
+    return ScanSet(tuple(scans), tuple(str(error) for error in one_a_kind(failed)))
 
 
 def _headers(path: Path) -> tuple[ScanHeader, ...]:
@@ -104,6 +104,8 @@ def _identity(path: Path) -> str:
 
 def _all_in_one(failed: Sequence[InputError], files: int) -> InputError:
     """One error that names every unreadable file."""
+    from scan2bim.readers import one_a_kind
+
     if files == 1:
         return failed[0]
     advice = "Repair or remove them, or pass --keep-going to convert the others."
@@ -114,5 +116,5 @@ def _all_in_one(failed: Sequence[InputError], files: int) -> InputError:
         return type(first)(
             first.path, first.problem, f"{first.advice} Or pass --keep-going to convert the others.".strip()
         )
-    names = "\n  ".join(str(error) for error in failed)
+    names = "\n  ".join(str(error) for error in one_a_kind(failed))
     return InputError(f"{len(failed)} of {files} files", f"cannot be read. {advice}\n  {names}")

@@ -16,10 +16,10 @@ from typing import Protocol, cast
 
 from scan2bim.cloud.scan import CHUNK_POINTS, Chunk, ScanHeader
 from scan2bim.readers.formats import SUFFIXES, Format, detect
-from scan2bim.readers.inputs import find_inputs, natural_key
+from scan2bim.readers.inputs import find_inputs, natural_key, one_a_kind
 from scan2bim.readers.points import mapped_errors
 
-__all__ = ["SUFFIXES", "find_inputs", "natural_key", "read_chunks", "read_headers", "sample_points"]
+__all__ = ["SUFFIXES", "find_inputs", "natural_key", "one_a_kind", "read_chunks", "read_headers", "sample_points"]
 
 _MODULES: dict[Format, str] = {
     "E57": "e57",

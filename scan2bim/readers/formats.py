@@ -190,7 +190,9 @@ def _by_content(path: Path, head: bytes, promised: Format | None) -> Format:
 def _promise(promised: Format | None) -> str:
     if promised is None:
         return "a point cloud (" + ", ".join(sorted(SUFFIXES)) + ")"
-    return "a text file of points" if promised == "TEXT" else f"a {promised} file"
+    if promised == "TEXT":
+        return "a text file of points"
+    return f"{'an' if promised in ('E57', 'LAS') else 'a'} {promised} file"
 
 
 def _is_pcd(head: bytes) -> bool:

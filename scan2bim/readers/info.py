@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from scan2bim.cloud.scan import F64, Chunk, ScanHeader
-from scan2bim.errors import InputError, Scan2BimError
-from scan2bim.readers import find_inputs, read_headers, sample_points
+from scan2bim.errors import InputError
+from scan2bim.readers import find_inputs, one_a_kind, read_headers, sample_points
 from scan2bim.readers.formats import Format, detect
 from scan2bim.readers.points import START_SPREAD
 
@@ -107,7 +107,7 @@ def survey(paths: Sequence[Path | str], count: int = SAMPLE) -> Survey:
     """Look into all files. Raises InputError where none can be read."""
     headers: list[ScanHeader] = []
     samples: list[Chunk] = []
-    problems: list[Scan2BimError] = []
+    problems: list[InputError] = []
     for path in find_inputs(paths):
         try:
             found = read_headers(path)
@@ -119,7 +119,7 @@ def survey(paths: Sequence[Path | str], count: int = SAMPLE) -> Survey:
         samples.extend(looks)
     if problems and not headers:
         raise problems[0]
-    return Survey(tuple(headers), tuple(samples), tuple(str(problem) for problem in problems))
+    return Survey(tuple(headers), tuple(samples), tuple(str(problem) for problem in one_a_kind(problems)))
 
 
 def describe(

@@ -15,9 +15,9 @@ _WILDCARDS = re.compile(r"[*?\[]")
 def find_inputs(paths: Sequence[Path | str]) -> list[Path]:
     """The files that the paths stand for, each once, as given; within a folder sorted naturally (2 before 10).
 
-    A path is a file, a folder (searched through, known suffixes only) or a glob pattern. Raises InputError where a
-    path is
-    missing or holds no point cloud, ClosedFormatError where a file or folder holds a vendor's closed format.
+    A path is a file, a folder (searched through, known suffixes only) or a glob pattern. Scans in a vendor's closed
+    format that lie among readable ones are listed too: reading their headers says what they are. Raises InputError
+    where a path is missing or holds no point cloud, ClosedFormatError where it is or only holds a closed format.
     """
     if not paths:
         raise InputError("(nothing)", "no scans were given.", "Name a file, a folder or a pattern.")
@@ -26,6 +26,23 @@ def find_inputs(paths: Sequence[Path | str]) -> list[Path]:
         for file in _expand(Path(path)):
             found.setdefault(file.resolve(), file)
     return list(found.values())
+
+
+def one_a_kind(errors: Sequence[InputError]) -> list[InputError]:
+    """The errors, those of closed files of one kind in one folder as one: a project may hold hundreds of them."""
+    kinds: dict[object, list[InputError]] = {}
+    for place, error in enumerate(errors):
+        closed = isinstance(error, ClosedFormatError)
+        kinds.setdefault((error.path.parent, error.problem) if closed else place, []).append(error)
+    return [_with_count(group) for group in kinds.values()]
+
+
+def _with_count(alike: Sequence[InputError]) -> InputError:
+    first = alike[0]
+    if len(alike) == 1:
+        return first
+    problem = f"{first.problem.removesuffix('.')} ({len(alike)} such files in {first.path.parent})."
+    return type(first)(first.path, problem, first.advice)
 
 
 def natural_key(path: Path) -> tuple[tuple[tuple[int, int, str], ...], ...]:
@@ -57,22 +74,24 @@ def _search(folder: Path) -> list[Path]:
     if closed_folder is not None:
         raise ClosedFormatError(folder, f"{closed_folder.what}, cannot be read.", closed_folder.advice)
     files = [file for file in sorted(folder.rglob("*"), key=natural_key) if not _hidden(file, folder)]
-    _refuse([file for file in files if _is_closed_scan(file)], folder)
     known = [file for file in files if file.is_file() and _is_cloud(file)]
+    closed = [file for file in files if _is_closed_scan(file)]
     if not known:
+        _refuse(closed, folder)
         raise InputError(folder, "no point cloud found in this folder.", f"Files read are {', '.join(SUFFIXES)}.")
-    return known
+    return known + closed
 
 
 def _match(pattern: Path) -> list[Path]:
     root = Path(pattern.anchor) if pattern.anchor else Path()
     parts = pattern.parts[1:] if pattern.anchor else pattern.parts
     files = sorted((file for file in root.glob(str(Path(*parts))) if file.is_file()), key=natural_key)
-    _refuse([file for file in files if _is_closed_scan(file)], pattern)
     known = [file for file in files if file.suffix.lower() in SUFFIXES]
+    closed = [file for file in files if _is_closed_scan(file)]
     if not known:
+        _refuse(closed, pattern)
         raise InputError(pattern, "no point cloud matches this pattern.", f"Files read are {', '.join(SUFFIXES)}.")
-    return known
+    return known + closed
 
 
 def _hidden(file: Path, folder: Path) -> bool:

@@ -17,6 +17,7 @@ from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.cells import find_spaces
+from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.panes import with_panes
 from scan2bim.structure.plan import Plan, plan_of
@@ -60,7 +61,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         plan = plan_of(level, scene.surfels, layers, scene.stations)
         found = find_faces(plan)
         plan, panes = with_panes(plan, found, scene.doubtful, scene.stations)
-        rooms.append(_rooms(plan, [*found, *panes], scene))
+        rooms.append(_rooms(plan, found, panes, scene))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -88,18 +89,26 @@ class Rooms:
     plan: Plan
     polygons: list[Polygon]
     cuts: list[LineString]
+    panes: list[LineString]
 
 
-def _rooms(plan: Plan, faces: Sequence[Face], scene: Scene) -> Rooms:
+def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], scene: Scene) -> Rooms:
+    faces = [*walls, *panes]
     split = [split_at_portals(p) for p in find_spaces(plan, faces, list(scene.panoramas.values()))]
-    return Rooms(plan, [part for parts, _ in split for part in parts], [cut for _, cuts in split for cut in cuts])
+    return Rooms(
+        plan,
+        [part for parts, _ in split for part in parts],
+        [cut for _, cuts in split for cut in cuts],
+        [LineString(f.ends()) for f in panes],
+    )
 
 
 def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     plan = rooms.plan
     spaces = tuple(_space(p, plan) for p in rooms.polygons)
-    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer)
-    walls = tuple(_wall(number, axis, joins, plan, spaces) for number, axis in enumerate(axes))
+    evidence = FaceEvidence(plan.columns)
+    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, evidence.seen_share)
+    walls = tuple(_wall(number, axis, joins, plan, spaces, evidence) for number, axis in enumerate(axes))
     level = plan.levels
     return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, spaces, walls)
 
@@ -128,14 +137,15 @@ def _pixels(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
     return mask > 0
 
 
-def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces: Sequence[SpaceShape]) -> WallShape:
+def _wall(
+    number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces: Sequence[SpaceShape], evidence: FaceEvidence
+) -> WallShape:
     beside = [spaces[s] for s in (*axis.left, *axis.right)]
     ceilings = [s.ceiling for s in beside if s.ceiling is not None]
     top = max(ceilings, default=plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top)
-    at, along, distance = _columns_on(axis, plan)
+    at, _, distance = evidence.on_faces(axis)
     columns = plan.columns
     rms = float(np.sqrt(np.average(distance**2, weights=columns.bins[at]))) if len(at) else BAND
-    seen = len(np.unique(np.floor(along / PLAN))) * PLAN / max(axis.length, PLAN) if len(at) else 0.0
     colour = np.median(columns.rgb[at], axis=0) if len(at) else np.full(3, 200.0)
     stations = np.unique(columns.station[at])
     start, end = ring_of(np.array([axis.start, axis.end]))
@@ -151,30 +161,11 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces
         tuple(sorted(axis.right)),
         round(rms, 4),
         int(columns.points[at].sum()),
-        round(min(1.0, seen / (2.0 if axis.measured else 1.0)), 3),
+        round(evidence.seen_share(axis), 3),
         2 if axis.measured else 1,
         tuple(int(s) for s in stations),
         (int(colour[0]), int(colour[1]), int(colour[2])),
         tuple(
             JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number
         ),
-    )
-
-
-def _columns_on(axis: Axis, plan: Plan) -> tuple[NDArray[np.int64], F64, F64]:
-    """Columns on the wall's faces: their numbers, place along it (the second face beyond the first), distance to the
-    face.
-    """
-    offset = plan.columns.xy - axis.start
-    along, across = offset @ axis.direction, offset @ axis.normal
-    parts: list[tuple[NDArray[np.int64], F64, F64]] = []
-    for shift, side, spaces in ((0.0, 1.0, axis.left), (axis.length + 1.0, -1.0, axis.right)):
-        distance = across - side * axis.thickness / 2
-        on = np.flatnonzero((np.abs(distance) < BAND) & (along > 0) & (along < axis.length))
-        if spaces:
-            parts.append((on, along[on] + shift, distance[on]))
-    return (
-        np.concatenate([p[0] for p in parts]),
-        np.concatenate([p[1] for p in parts]),
-        np.concatenate([p[2] for p in parts]),
     )

@@ -6,7 +6,7 @@ Thickness is measured where the strip has a space on both sides, and assumed whe
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,6 +22,10 @@ THINNEST, THICKEST = 0.03, 0.80
 """Distances between faces, metres, that one wall can have (trade: 0.05 to 0.75)."""
 OUTER = 0.30
 """Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
+GLASS = 0.08
+"""Assumed thickness, metres, of a glass front: the profile of a usual frame."""
+LEAST_SEEN = 0.12
+"""Least share of its one face that must have been seen of a wall: less is a border where nothing was seen."""
 INNER = 0.10
 """Assumed thickness, metres, between two spaces whose common wall was seen from one side only."""
 PARALLEL = 0.9986
@@ -95,16 +99,25 @@ class _Border:
 
 
 def find_walls(
-    spaces: Sequence[Polygon], cuts: Sequence[LineString] = (), outer: float = OUTER
+    spaces: Sequence[Polygon],
+    cuts: Sequence[LineString] = (),
+    outer: float = OUTER,
+    panes: Sequence[LineString] = (),
+    seen_share: Callable[[Axis], float] | None = None,
 ) -> tuple[list[Axis], list[AxisJoin]]:
-    """Walls between and round the spaces, with their ends joined. ``cuts`` are virtual borders, on which no wall
-    stands; ``outer`` is the thickness (metres) assumed for walls of which one face was seen.
+    """Walls between and round the spaces, with their ends joined.
+
+    ``cuts`` are virtual borders, on which no wall stands; ``outer`` is the thickness (metres) assumed for walls of
+    which one face was seen; ``panes`` are glass fronts; ``seen_share`` tells how much of a wall's faces was seen: a
+    wall of which nothing was seen on the only side that it has is not made up.
     """
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
     near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
-    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], outer)]
+    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], outer, panes)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
     axes = _merge(pieces, spaces)
+    if seen_share is not None:
+        axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
 
 
@@ -130,7 +143,9 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
     return out
 
 
-def _pieces(number: int, borders: Sequence[_Border], near: Sequence[int], outer: float) -> list[Axis]:
+def _pieces(
+    number: int, borders: Sequence[_Border], near: Sequence[int], outer: float, panes: Sequence[LineString]
+) -> list[Axis]:
     """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
     own = borders[number]
     stretches: list[tuple[float, float, float, int]] = []
@@ -151,16 +166,17 @@ def _pieces(number: int, borders: Sequence[_Border], near: Sequence[int], outer:
         over = [s for s in stretches if s[0] <= low + 1e-6 and s[1] >= high - 1e-6]
         nearest = min(over, key=lambda s: s[2], default=None)
         if nearest is None:
-            out.append(_single(own, low, high, outer))
+            out.append(_single(own, low, high, outer, panes))
         elif nearest[3] > number:
             out.append(_double(own, borders[nearest[3]], low, high, nearest[2]))
     return out
 
 
-def _single(own: _Border, low: float, high: float, outer: float) -> Axis:
-    shift = -own.inward * outer / 2
-    ends = [own.start + own.direction * t + shift for t in (low, high)]
-    return Axis(ends[0], ends[1], outer, False, frozenset({own.space}), frozenset())
+def _single(own: _Border, low: float, high: float, outer: float, panes: Sequence[LineString]) -> Axis:
+    border = np.array([own.start + own.direction * t for t in (low, high)])
+    thickness = GLASS if on_cut(border.mean(0, keepdims=True), panes) else outer
+    ends = border - own.inward * thickness / 2
+    return Axis(ends[0], ends[1], thickness, False, frozenset({own.space}), frozenset())
 
 
 def _double(own: _Border, other: _Border, low: float, high: float, distance: float) -> Axis:

@@ -1,0 +1,44 @@
+"""What speaks for a wall: the plan columns on its faces."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.structure.columns import Columns
+from scan2bim.structure.faces import BAND
+from scan2bim.structure.walls import Axis
+
+F64 = NDArray[np.float64]
+
+
+class FaceEvidence:
+    """Finds the columns on walls' faces."""
+
+    def __init__(self, columns: Columns) -> None:
+        self._columns = columns
+        self._index = PlanIndex(columns.xy)
+
+    def on_faces(self, axis: Axis) -> tuple[NDArray[np.int64], F64, F64]:
+        """Columns on those faces of a wall that have a space before them: their numbers, their places along the wall
+        (those of the second face beyond the first), their distances to the face; (k,) each.
+        """
+        near = self._index.along(np.array([axis.start, axis.end]), axis.thickness / 2 + BAND)
+        offset = self._columns.xy[near] - axis.start
+        along, across = offset @ axis.direction, offset @ axis.normal
+        half = axis.thickness / 2 if axis.measured or not (axis.left and axis.right) else 0.0
+        parts: list[tuple[NDArray[np.int64], F64, F64]] = []
+        for shift, side, spaces in ((0.0, 1.0, axis.left), (axis.length + 1.0, -1.0, axis.right)):
+            distance = across - side * half
+            on = (np.abs(distance) < BAND) & (along > 0) & (along < axis.length) & bool(spaces)
+            parts.append((near[on], along[on] + shift, distance[on]))
+        numbers, places, distances = zip(*parts, strict=True)
+        return np.concatenate(numbers), np.concatenate(places), np.concatenate(distances)
+
+    def seen_share(self, axis: Axis) -> float:
+        """Share of the length of a wall's faces on which something stands upright, 0-1."""
+        _, along, _ = self.on_faces(axis)
+        steps = len(np.unique(np.floor(along / PLAN)))
+        return min(1.0, steps * PLAN / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
