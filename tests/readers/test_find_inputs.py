@@ -9,7 +9,7 @@ import pytest
 from readers.writers import cloud, e57_scan, ply_columns, write_e57, write_las, write_ply, write_pts, write_text
 
 from scan2bim.errors import ClosedFormatError, DamagedFileError, InputError
-from scan2bim.readers import find_inputs, read_chunks, read_headers
+from scan2bim.readers import find_inputs, one_a_kind, read_chunks, read_headers
 from scan2bim.readers.formats import CLOSED
 
 
@@ -53,16 +53,25 @@ def test_closed_formats_are_refused_with_the_way_out(tmp_path: Path, suffix: str
         read_headers(path)
 
 
-def test_closed_scans_in_a_folder_are_refused_and_models_beside_scans_are_not(tmp_path: Path) -> None:
+def test_a_folder_of_closed_scans_is_refused_and_among_readable_ones_each_kind_is_told_once(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    for name in ("one.fls", "two.fls", "hall.rcp"):
+        (tmp_path / "sub" / name).write_bytes(b"x")
+    with pytest.raises(ClosedFormatError, match="3 such files"):
+        find_inputs([tmp_path])
     write_text(tmp_path / "a.xyz", cloud(5))
     (tmp_path / "model.rvt").write_bytes(b"x")
     (tmp_path / "archive.zip").write_bytes(b"x")
-    assert [path.name for path in find_inputs([tmp_path])] == ["a.xyz"]
-    (tmp_path / "sub").mkdir()
-    for name in ("one.fls", "two.fls"):
-        (tmp_path / "sub" / name).write_bytes(b"x")
-    with pytest.raises(ClosedFormatError, match="2 such files"):
-        find_inputs([tmp_path])
+    errors: list[InputError] = []
+    for path in find_inputs([tmp_path]):
+        try:
+            assert read_headers(path)[0].path.name == "a.xyz"
+        except ClosedFormatError as error:
+            errors.append(error)
+    assert len(errors) == 3
+    recap, faro = one_a_kind(errors)
+    assert "ReCap" in str(recap)
+    assert "2 such files" in str(faro)
 
 
 def test_a_file_is_read_as_what_it_holds_whatever_its_name(tmp_path: Path) -> None:
