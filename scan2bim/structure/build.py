@@ -27,6 +27,8 @@ from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, Struct
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import Axis, AxisJoin, find_walls
 
+LEAST_CEILING = 0.2
+"""Share of a space under which a ceiling must have been seen to give it a height: less are shelves and lintels."""
 F64 = NDArray[np.float64]
 
 
@@ -121,7 +123,7 @@ def _space(polygon: Polygon, plan: Plan) -> SpaceShape:
         ring_of(shapely.get_coordinates(polygon.exterior)),
         tuple(ring_of(shapely.get_coordinates(r)) for r in polygon.interiors),
         round(plan.levels.floor, 4),
-        round(float(np.median(heights)), 4) if len(heights) > 20 else None,
+        round(float(np.median(heights)), 4) if len(heights) > LEAST_CEILING * inside.sum() else None,
         round(float(plan.floor[inside].mean()), 3) if inside.any() else 0.0,
         round(float(plan.ceiling[inside].mean()), 3) if inside.any() else 0.0,
     )

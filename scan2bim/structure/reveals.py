@@ -20,6 +20,10 @@ BREAK = 0.09
 """Gap in depth, metres, that ends a reveal: what lies behind it is outside."""
 FEWEST = 3
 """Reveals deeper than the usual wall that are needed to believe in a thicker one."""
+LEAST_SHARE = 0.3
+"""Share of all reveals that must go deeper than the usual wall to believe in a thicker one."""
+THICKEST_OUTER = 0.5
+"""Thickness, metres, beyond which depths behind a face are niches and rooms never entered, not reveals."""
 F64 = NDArray[np.float64]
 
 
@@ -47,4 +51,6 @@ def _depths(plan: Plan, axis: Axis) -> list[float]:
 def outer_thickness(depths: Sequence[float]) -> float:
     """Thickness to assume for outer walls: the usual one, or more where reveals go deeper."""
     deep = [d for d in depths if d > OUTER]
-    return OUTER if len(deep) < FEWEST else round(float(np.percentile(deep, 75)) + 0.02, 3)
+    if len(deep) < max(FEWEST, LEAST_SHARE * len(depths)):
+        return OUTER
+    return round(min(float(np.percentile(deep, 75)) + 0.02, THICKEST_OUTER), 3)

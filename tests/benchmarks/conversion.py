@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,12 +61,17 @@ def convert(name: str, scans: Path, folder: Path = OUT) -> Conversion:
 COMMAND = (sys.executable, "-m", "scan2bim.cli", "convert")
 
 
-def warm_up() -> None:
-    """Convert the sample once, so that compiled kernels lie in their cache: users pay for that once, not each time."""
-    done = convert("warm_up", SAMPLE)
-    shutil.rmtree(done.work, ignore_errors=True)
-    if done.cost.code != 0:
-        raise SystemExit(f"the sample does not convert: {done.complaint}")
+def warm_up(also: Sequence[Path] = ()) -> None:
+    """Convert the sample once, so that compiled kernels lie in their cache: users pay for that once, not each time.
+
+    ``also``: further clouds, of which the smallest of each format is converted, for kernels that only these need.
+    """
+    smallest = {path.suffix: path for path in sorted(also, key=lambda path: path.stat().st_size, reverse=True)}
+    for scans in (SAMPLE, *smallest.values()):
+        done = convert("warm_up", scans)
+        shutil.rmtree(done.work, ignore_errors=True)
+        if done.cost.code != 0 and scans == SAMPLE:
+            raise SystemExit(f"the sample does not convert: {done.complaint}")
 
 
 def _complaint(log: Path) -> str:

@@ -36,7 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
     if not scenes and not clouds:
         print("Nothing to convert. Name scenes with --bench, clouds with --real; see --help.", file=sys.stderr)
         return 2
-    warm_up()
+    warm_up(clouds)
     scores = [_scene(options.bench, scene, options.scans) for scene in scenes]
     results = [_cloud(cloud, folders) for cloud in clouds]
     pictures = {r.name: _published(r) for r in results if options.only is None}
