@@ -12,6 +12,7 @@ from conversion import Conversion
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.model.elements import Storey
 from scan2bim.model.io import load_building
+from scan2bim.model.shapes import wall_footprints
 from scan2bim.report.plan import PlanBackground, draw_plan
 from scan2bim.report.sheet import Image
 from scan2bim.report.view3d import draw_view
@@ -32,6 +33,8 @@ USUAL_HEIGHT = 2.5
 """Metres, of a storey whose ceiling was not seen."""
 MARGIN = 1.0
 """Metres of the scan round the model's surfels that matter: far outliers would make huge pictures."""
+HEADROOM = 0.5
+"""Metres of the scan shown above the model in the picture: more would lie under the title."""
 LIMIT = 290_000
 """Bytes of a picture in the repository."""
 WIDEST = 1600
@@ -65,9 +68,16 @@ def scan_slice(surfels: Surfels, storey: Storey) -> PlanBackground | None:
     if len(points) == 0:
         return None
     begin, end = np.percentile(points, 0.5, axis=0) - MARGIN, np.percentile(points, 99.5, axis=0) + MARGIN
+    end[1] = min(end[1], max(begin[1] + PIXEL, _top(storey) + HEADROOM))
     size = tuple(int(n) for n in np.ceil((end - begin) / PIXEL)[::-1])
     counts = np.maximum(8 * _histogram(surfels.xyz[low], begin, size), _histogram(surfels.xyz[high], begin, size) > 0)
     return PlanBackground(counts, (float(begin[0]), float(begin[1])), PIXEL)
+
+
+def _top(storey: Storey) -> float:
+    """The greatest y of the storey's walls and spaces, metres."""
+    rings = [*wall_footprints(storey).values(), *(space.outline for space in storey.spaces)]
+    return max((y for ring in rings for _, y in ring), default=np.inf)
 
 
 def _histogram(
