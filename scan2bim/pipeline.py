@@ -21,7 +21,7 @@ from scan2bim.guard import guarded
 from scan2bim.logs import RunLog
 from scan2bim.numbacache import ensure_numba_cache
 from scan2bim.planning import Request, StageRun, checked_inputs, kept_frame, planned
-from scan2bim.progress import Progress, Reporter, size
+from scan2bim.progress import Progress, Reporter, several, size
 from scan2bim.reading import read_all
 from scan2bim.scans import Scan, ScanSet
 from scan2bim.stages import (
@@ -124,7 +124,9 @@ class _Run:
                 self.work.discard_stage(stage.name)
         with guarded("begin", self.work.root):
             (self.work.root / "config.toml").write_text(settings_toml(self.settings), encoding="utf-8")
-        self.reporter.message(f"{len(scans.scans)} scans, {scans.points:,} points; work folder {self.work.root}")
+        self.reporter.message(
+            f"{several(len(scans.scans), 'scan')}, {several(scans.points, 'point')}; work folder {self.work.root}"
+        )
         ensure_numba_cache(self.work.root / "numba")
         self.jobs = choose_jobs(self.request.jobs, scans)
         _, disk = memory_and_disk(scans, self.jobs)

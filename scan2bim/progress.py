@@ -154,3 +154,8 @@ def size(count: float) -> str:
             return f"{count:.0f} {unit}" if count >= 9.95 or unit == "B" else f"{count:.1f} {unit}"
         count /= 1000
     return f"{count:.1f} TB"
+
+
+def several(count: int, thing: str) -> str:
+    """A number of things in words: 1 scan, 40 scans."""
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")

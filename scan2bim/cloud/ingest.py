@@ -71,7 +71,7 @@ def ingest_scan(
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     kept = dropped = layered = 0
     per_source = np.zeros(len(header.sources), np.int64)
-    with TileWriter(folder) as writer:
+    with TileWriter(folder, header.path) as writer:
         for chunk in chunks:
             local, bounds = _transform(chunk.xyz, matrix, offset)
             dropped += chunk.dropped

@@ -14,7 +14,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.errors import ResourceError
+from scan2bim.errors import InputError
 
 TILE = 8.0
 """Edge of a tile, metres: small enough for dense grids in a tile (5 cm: 2 M cells), large enough to keep the index
@@ -43,10 +43,14 @@ class TileIndex:
 
 
 class TileWriter:
-    """Writes a scan's points; a context manager. ``add`` takes local coordinates (n, 3) float32."""
+    """Writes a scan's points; a context manager. ``add`` takes local coordinates (n, 3) float32.
 
-    def __init__(self, folder: Path) -> None:
+    ``source`` is the file that they come from, for errors.
+    """
+
+    def __init__(self, folder: Path, source: Path | None = None) -> None:
         self._folder = folder
+        self._source = source or folder
         self._runs: list[NDArray[np.void]] = []
         self._written = 0
 
@@ -64,12 +68,17 @@ class TileWriter:
     def add(
         self, local: NDArray[np.float32], rgb: NDArray[np.uint8], grey: NDArray[np.uint8], station: NDArray[np.uint16]
     ) -> None:
-        """Append a chunk: colour (n, 3) uint8, grey (n,) uint8 intensity, station (n,) uint16."""
+        """Append a chunk: colour (n, 3) uint8, grey (n,) uint8 intensity, station (n,) uint16.
+
+        Raises InputError where the points spread farther than any building.
+        """
         slots, keys, counts = _group(local, np.float32(1.0 / TILE))
         if len(keys) > MAX_TILES_A_CHUNK:
-            raise ResourceError(
-                f"{self._folder}: one chunk of points spreads over more than {MAX_TILES_A_CHUNK} tiles of {TILE:g} m. "
-                "The coordinates are not those of a building; check the unit with --unit."
+            raise InputError(
+                self._source,
+                f"its points spread over more than {MAX_TILES_A_CHUNK:,} cubes of {TILE:g} m: in this unit they are "
+                "not those of a building.",
+                "Check the coordinates with `scan2bim info`, and give their unit with --unit.",
             )
         starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
         records = np.empty(len(local), POINT)

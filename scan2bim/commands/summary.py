@@ -9,7 +9,7 @@ from typing import Any
 from scan2bim.model.elements import Door, Storey, Window
 from scan2bim.pipeline import Outcome
 from scan2bim.planning import Plan, Request
-from scan2bim.progress import about, size
+from scan2bim.progress import about, several, size
 
 COLUMNS = {
     "spaces": "spaces",
@@ -50,7 +50,12 @@ def outcome_text(outcome: Outcome) -> str:
         rows.append([storey.name, f"{storey.elevation.value:.2f} m", *(str(row[name]) for name in columns)])
     if len(counts) > 1:
         rows.append(["all", "", *(str(sum(row[name] for row in counts)) for name in columns)])
-    lines = [f"{building.name}: {outcome.scans} scans, {outcome.points:,} points", "", *_table(rows), ""]
+    lines = [
+        f"{building.name}: {several(outcome.scans, 'scan')}, {several(outcome.points, 'point')}",
+        "",
+        *_table(rows),
+        "",
+    ]
     lines += [f"note: {note}" for note in building.notes]
     lines += [f"note: {', '.join(names)}: {note}" for note, names in _notes_of_files(outcome).items()]
     lines += [f"wrote {written.path} ({size(written.size)})" for written in outcome.written]
@@ -91,7 +96,12 @@ def plan_text(plan: Plan, request: Request) -> str:
     """What a run would do, in words."""
     rows = [["stage", "to run", "kept", "time"]]
     rows += [[run.name, str(run.made), str(run.kept), about(run.seconds) if run.made else "-"] for run in plan.stages]
-    lines = [f"{plan.scans} scans, {plan.points:,} points, work folder {request.work}", "", *_table(rows), ""]
+    lines = [
+        f"{several(plan.scans, 'scan')}, {several(plan.points, 'point')}, work folder {request.work}",
+        "",
+        *_table(rows),
+        "",
+    ]
     lines += [f"left out: {text}" for text in plan.skipped]
     needs = f"about {about(plan.needs.seconds)}, {size(plan.needs.memory)} of memory, {size(plan.needs.disk)} of disk"
     lines.append(f"would take {needs} ({size(plan.free_disk)} free)")

@@ -243,12 +243,12 @@ def _row(scan: ScanReport) -> tuple[str, ...]:
 
 def _summary(report: InputReport) -> list[str]:
     stations = sum(scan.stations for scan in report.scans)
-    known = f"{report.positions} of {len(report.scans)} scans say where the scanner stood"
+    known = f"{report.positions} of {len(report.scans)} say where the scanner stood"
     if stations:
         known += f", {stations} stations are told apart by id"
     cost = report.cost
     lines = [
-        f"{len(report.scans)} scans in {report.files} files, {report.points:,} points. {known}.",
+        f"{_several(len(report.scans), 'scan')} in {_several(report.files, 'file')}, {_several(report.points, 'point')}. {known}.",
         f"Unit: {report.unit or 'not yet found'}. Up: {report.up or 'not yet found'}. "
         f"CRS: {report.crs or 'not stated'}.",
         f"A conversion takes about {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB of memory and "
@@ -267,6 +267,10 @@ def _rounded(value: float) -> int:
     """Two significant digits."""
     digits = max(int(math.log10(max(value, 1.0))) - 1, 0)
     return int(round(value, -digits))
+
+
+def _several(count: int, thing: str) -> str:
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")
 
 
 def _yes(there: bool) -> str:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from scan2bim.cloud.tiles import STEPS, TILE, TileIndex, TileWriter, read_tile
-from scan2bim.errors import ResourceError
+from scan2bim.errors import InputError
 
 F32 = NDArray[np.float32]
 
@@ -110,5 +110,5 @@ def test_a_scan_without_points_leaves_an_empty_index(tmp_path: Path) -> None:
 
 def test_points_spread_over_too_many_tiles_are_refused_with_advice(tmp_path: Path) -> None:
     far = (np.arange(70_000, dtype=np.float32)[:, None] * np.array([16.0, 0.0, 0.0], np.float32)).astype(np.float32)
-    with pytest.raises(ResourceError, match="--unit"):
+    with pytest.raises(InputError, match="--unit"):
         write(tmp_path, [far])
