@@ -91,8 +91,9 @@ def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.boo
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
-    """``faces`` less those that stand back behind a stretch of a longer one of ``walls``: a window's frame, its pane, a
-    shutter, the back of a niche.
+    """``faces`` less those that stand back behind one of ``walls``: a window's frame, its pane, a shutter, a niche's back.
+
+    Such a face lies within the stretch of a longer wall, or mostly, if it reaches the ceiling far less often.
     """
     if not walls:
         return list(faces)
@@ -100,15 +101,17 @@ def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]
     direction = np.stack([normal[:, 1], -normal[:, 0]], 1)
     low, high = np.array([w.low for w in walls]) - 0.15, np.array([w.high for w in walls]) + 0.15
     length = high - low - 0.3
+    tall = np.array([w.tall for w in walls]) / np.maximum(length, 0.1)
     kept: list[Face] = []
     for face in faces:
         from_wall = face.ends()[:, None] - centre
         behind = -(from_wall * normal).sum(2)
         along = (from_wall * direction).sum(2)
-        recess = (
-            (behind.min(0) > 0.03) & (behind.max(0) < DEEPEST_RECESS) & (along.min(0) > low) & (along.max(0) < high)
-        )
-        if not (recess & (length > face.length) & (normal @ face.normal > PARALLEL)).any():
+        stands_back = (behind.min(0) > 0.03) & (behind.max(0) < DEEPEST_RECESS) & (normal @ face.normal > PARALLEL)
+        within = (along.min(0) > low) & (along.max(0) < high) & (length > face.length)
+        overlap = np.minimum(along.max(0), high) - np.maximum(along.min(0), low)
+        lower = (overlap > 0.5 * face.length) & (face.tall < 0.6 * tall * face.length)
+        if not (stands_back & (within | lower)).any():
             kept.append(face)
     return kept
 
