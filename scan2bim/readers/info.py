@@ -248,7 +248,8 @@ def _summary(report: InputReport) -> list[str]:
         known += f", {stations} stations are told apart by id"
     cost = report.cost
     lines = [
-        f"{_several(len(report.scans), 'scan')} in {_several(report.files, 'file')}, {report.points:,} points. {known}.",
+        f"{_several(len(report.scans), 'scan')} in {_several(report.files, 'file')}, {report.points:,} points. "
+        f"{known}.",
         f"Unit: {report.unit or 'not yet found'}. Up: {report.up or 'not yet found'}. "
         f"CRS: {report.crs or 'not stated'}.",
         f"A conversion takes about {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB of memory and "
