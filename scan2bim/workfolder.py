@@ -176,6 +176,7 @@ def open_work(root: Path) -> Generator[WorkFolder]:
             work.stages.mkdir(exist_ok=True)
         yield work
     finally:
+        shutil.rmtree(work.tmp, ignore_errors=True)  # half-made results: after a full disk, its space is needed
         os.close(lock)
 
 

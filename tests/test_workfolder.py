@@ -40,6 +40,15 @@ def test_a_result_is_found_after_it_was_made_and_its_files_are_there(tmp_path: P
         assert work.find("walls", KEY) is None
 
 
+def test_what_is_half_made_when_a_run_ends_does_not_fill_the_disk(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), open_work(tmp_path / "work") as work:
+        (work.temporary("read") / "points.bin").write_bytes(b"half")
+        raise KeyboardInterrupt
+    assert not (tmp_path / "work" / "tmp").exists()
+    with open_work(tmp_path / "work") as work:
+        assert work.temporary("read").is_dir()
+
+
 def test_a_body_that_fails_leaves_nothing(tmp_path: Path) -> None:
     def body(folder: Path) -> None:
         (folder / "half.txt").write_text("half")
