@@ -113,11 +113,12 @@ def add_misses(directions, ranges):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
-def seen_through(points, position, ranges, margin):  # pyright: ignore
+def seen_through(points, position, ranges, margin, misses=False):  # pyright: ignore
     """What a station says of each of ``points`` (n, 3) float32: 1 looked through it, 2 saw it, 3 was blocked before it,
     0 nothing.
 
-    ``margin`` in metres is the half-width of "saw it".
+    ``margin`` in metres is the half-width of "saw it". With ``misses``, a pulse that did not return went through: into
+    the open, but a black or polished surface swallows pulses, too.
     """
     out = np.zeros(points.shape[0], np.uint8)
     edge = ranges.shape[1]
@@ -136,6 +137,8 @@ def seen_through(points, position, ranges, margin):  # pyright: ignore
             out[i] = 2
         elif r > 0.0:
             out[i] = 3
+        elif misses:
+            out[i] = 1
     return out
 
 

@@ -169,7 +169,7 @@ def _refined(storey: int, number: int, wall: WallShape, image: WallImage, box: B
 
 
 def _edge(place: F64, points: NDArray[np.int64], rough: float, inward: float) -> tuple[float, int]:
-    """The reveal nearest to a rough edge: median place of the most crowded 2 cm within reach, and its points; the rough
+    """The reveal at a rough edge: median place of the outermost crowded 2 cm within reach, and its points; the rough
     edge if none.
     """
     near = np.abs(place - rough) < REVEAL
@@ -179,7 +179,7 @@ def _edge(place: F64, points: NDArray[np.int64], rough: float, inward: float) ->
     steps = np.floor((values - rough + REVEAL) / 0.01).astype(int)
     counts = np.convolve(np.bincount(steps, minlength=int(2 * REVEAL / 0.01) + 1), np.ones(3), mode="same")
     strong = np.flatnonzero(counts >= 0.5 * counts.max())
-    best = strong[-1] if inward > 0 else strong[0]
+    best = strong[0] if inward > 0 else strong[-1]
     close = np.abs(values - (rough - REVEAL + (best + 0.5) * 0.01)) < 0.02
     if close.sum() < 4:
         return rough, 0

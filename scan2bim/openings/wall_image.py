@@ -2,7 +2,8 @@
 neither.
 
 The paper's image I (section IV.B) of data, centroids and no-data, with pixels of 5 cm instead of voxels of 20 cm: a
-pixel is a *centroid* (voxel label Opening) where the panorama of a station shows that its rays went on behind the wall.
+pixel is a *centroid* (voxel label Opening) where the panorama of a station shows that its rays went on behind the wall,
+or never came back: what is outside a window may be too far away to return them.
 """
 
 from __future__ import annotations
@@ -94,6 +95,7 @@ def _through(
     through, saw = np.zeros(len(points), np.uint8), np.zeros(len(points), np.uint8)
     lookers: dict[int, NDArray[np.bool_]] = {}
     length = shape[1] * PIXEL
+    outer = not (wall.left and wall.right)
     for number, panorama in panoramas.items():
         to = panorama.position[:2] - start
         gap = np.hypot(max(0.0, -float(to @ direction), float(to @ direction) - length), float(to @ normal))
@@ -102,7 +104,7 @@ def _through(
         slant = np.linalg.norm(points[:, :2] - panorama.position[:2], axis=1) / max(abs(float(to @ normal)), 0.02)
         steep = slant < 5.0
         margin = np.float32(wall.thickness / 2 + 0.05)
-        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, margin)
+        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, margin, outer)
         looked = (said == 1) & steep
         through += looked
         saw += (said == 2) & steep

@@ -52,6 +52,10 @@ BEHIND_GAP = 0.5
 """What a metre between two seen stretches speaks for wall behind it, of a metre of seen face: doors and windows."""
 BRIDGED = 0.6
 """What a metre between two seen stretches of one face counts, of a metre of seen face: walls go on in line."""
+NECK = 0.12
+"""Half-width, metres, of necks at which a space is parted: gaps between a wall's end and the next wall that only
+sampling left, and through which nobody walks.
+"""
 SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
 FREE_REACH = 20.0
@@ -333,11 +337,8 @@ def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...
         if cells.evidence[members].sum() < LEAST_MEAN * shapely.area(cells.polygons[members]).sum():
             continue
         merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
-        solid = (
-            merged.buffer(SLIT, join_style="mitre")
-            .buffer(-SLIT - 0.02, join_style="mitre")
-            .buffer(0.02, join_style="mitre")
-        )
+        without_slits = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - NECK, join_style="mitre")
+        solid = without_slits.buffer(NECK, join_style="mitre")
         parts = list(shapely.get_parts(solid))
         spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
     return tuple(sorted(spaces, key=lambda p: -p.area))

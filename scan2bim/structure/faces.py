@@ -91,7 +91,7 @@ def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.boo
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
-    """``faces`` less those that stand back behind one of ``walls``: a window's frame, its pane, a shutter, a niche's back.
+    """``faces`` less those that stand back behind one of ``walls``: window frames, panes, shutters, backs of niches.
 
     Such a face lies within the stretch of a longer wall, or mostly, if it reaches the ceiling far less often.
     """

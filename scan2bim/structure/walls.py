@@ -34,6 +34,8 @@ SHORTEST = 0.30
 """Length, metres, below which a border with nothing behind it is a reveal or a pilaster's side, not a wall."""
 BRIDGE = 1.2
 """Gap, metres, across which walls in one line are one wall, if no space lies in it."""
+TOUCH = 1e-3
+"""Distance, metres, within which an end lies on a point."""
 IN_LINE = 0.04
 """Difference of axis and of thickness, metres, up to which walls in one line are one wall."""
 F64 = NDArray[np.float64]
@@ -250,33 +252,56 @@ def _union(a: Axis, b: Axis) -> Axis:
 
 
 def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
-    """Move each wall's ends onto the axes of the walls that they meet."""
-    joins: list[AxisJoin] = []
+    """Move each wall's ends onto the axes of the walls that they meet.
+
+    Ends move along their own axes, so that the crossing points stay where they are; a wall that ends short of a point at
+    which another one joins it is drawn on to that point.
+    """
+    points: list[tuple[int, str, int, F64]] = []
     moved = list(axes)
     near = _neighbours([np.array([a.start, a.end]) for a in axes], THICKEST + 0.5)
     for i in range(len(axes)):
         for at in ("start", "end"):
             best = _nearest_crossing(i, at, axes, near[i])
             if best is not None:
-                other, point, other_at = best
+                other, point = best
                 moved[i] = replace(moved[i], start=point) if at == "start" else replace(moved[i], end=point)
-                joins.append(AxisJoin(i, at, other, other_at))
+                points.append((i, at, other, point))
+    for _, _, other, point in points:
+        moved[other] = _reaching(moved[other], point)
     keep = [i for i, a in enumerate(moved) if a.length > 0.1 and a.direction @ axes[i].direction > 0]
     number = {old: new for new, old in enumerate(keep)}
-    return [moved[i] for i in keep], [
-        AxisJoin(number[j.one], j.at, number[j.other], j.other_at)
-        for j in joins
-        if j.one in number and j.other in number
+    joins = [
+        AxisJoin(number[i], at, number[other], _place_on(moved[other], point))
+        for i, at, other, point in points
+        if i in number and other in number and _ends_at(moved[i], at, point)
     ]
+    return [moved[i] for i in keep], joins
 
 
-def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64, str] | None:
-    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point, where on it), or None for a
-    free end.
-    """
+def _reaching(axis: Axis, point: F64) -> Axis:
+    """The wall drawn on to a point of its line, if it ends short of it."""
+    along = float((point - axis.start) @ axis.direction)
+    if along < 0:
+        return replace(axis, start=point)
+    return replace(axis, end=point) if along > axis.length else axis
+
+
+def _ends_at(axis: Axis, at: str, point: F64) -> bool:
+    return float(np.abs((axis.start if at == "start" else axis.end) - point).max()) < TOUCH
+
+
+def _place_on(axis: Axis, point: F64) -> str:
+    """Which part of a wall a point of its line is: "start", "end" or "path"."""
+    along = float((point - axis.start) @ axis.direction)
+    return "start" if along < TOUCH else "end" if along > axis.length - TOUCH else "path"
+
+
+def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64] | None:
+    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point), or None for a free end."""
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
-    best: tuple[float, int, F64, str] | None = None
+    best: tuple[float, int, F64] | None = None
     for j in near:
         other = axes[j]
         cross = float(outward @ other.normal)
@@ -291,7 +316,6 @@ def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]
         room = own.thickness / 2 + 0.15
         if not -room <= along <= other.length + room:
             continue
-        where = "start" if along < room else "end" if along > other.length - room else "path"
         if best is None or abs(move) < best[0]:
-            best = (abs(move), j, point, where)
-    return None if best is None else best[1:]
+            best = (abs(move), j, point)
+    return None if best is None else (best[1], best[2])
