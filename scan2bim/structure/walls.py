@@ -298,7 +298,7 @@ def _place_on(axis: Axis, point: F64) -> str:
 
 
 def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64] | None:
-    """The wall whose axis the end ``at`` of wall i should lie on: (its number, the point), or None for a free end."""
+    """The wall on whose axis the end ``at`` of wall i should lie, and the point; None for a free end."""
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
     best: tuple[float, int, F64] | None = None

@@ -168,9 +168,6 @@ def test_what_was_found_survives_being_saved(model: Modelled, tmp_path_factory: 
     assert dataclasses.asdict(StructureShape.load(path)) == dataclasses.asdict(model.structure)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="rooms run together where a partition's last 5 cm beside another wall were not seen"
-)
 def test_rooms_do_not_leak_past_the_end_of_a_partition() -> None:
     for yaw in (0.2, 1.2):
         overlaps = room_overlaps(modelled(two_storeys(yaw), SPEC), scanned(two_storeys(yaw), SPEC))

@@ -128,7 +128,6 @@ def test_the_walls_of_a_notch_join_exactly() -> None:
     assert_ends_lie_on_their_walls(axes, joins)
 
 
-@pytest.mark.xfail(strict=True, reason="the partition ends at the end of a side wall's axis, 9 cm beyond it")
 def test_a_room_on_a_longer_corridor_joins_its_walls_exactly() -> None:
     axes, joins = find_walls([shapely.box(0, 0, 10, 1.3), shapely.box(4, 1.42, 6, 4.5)], [])
     assert len(axes) == 9
