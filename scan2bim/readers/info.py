@@ -253,7 +253,7 @@ def _summary(report: InputReport) -> list[str]:
         f"Unit: {report.unit or 'not yet found'}. Up: {report.up or 'not yet found'}. "
         f"CRS: {report.crs or 'not stated'}.",
         f"A conversion takes about {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB of memory and "
-        f"{cost.disk / 1e9:.2f} GB of disk.",
+        f"{_gigabytes(cost.disk)} of disk.",
     ]
     if report.lower and report.upper:
         lines.insert(1, f"Bounds: {_numbers(report.lower)} to {_numbers(report.upper)} in the files' unit.")
@@ -276,6 +276,11 @@ def _several(count: int, thing: str) -> str:
 
 def _yes(there: bool) -> str:
     return "yes" if there else "no"
+
+
+def _gigabytes(count: float) -> str:
+    """Bytes in words; small ones in megabytes."""
+    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{max(count / 1e6, 1):.0f} MB"
 
 
 def _duration(seconds: float) -> str:

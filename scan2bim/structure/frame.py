@@ -40,6 +40,9 @@ def find_frame(headers: Sequence[ScanHeader], samples: Sequence[Chunk], settings
     shift = np.where(np.abs(middle) > LARGE, np.round(middle), 0.0)
     if np.abs(shift[:2]).max() > 0:
         shift[:2] = np.round(middle[:2])
+    if np.abs(shift).max() > 0:
+        x, y, z = (f"{value:,.0f}" for value in shift)
+        notes.append(f"Coordinates are large: x {x}, y {y}, z {z} m are taken off, and stated in the model and its exports.")
     crs = next((h.crs for h in headers if h.crs), None)
     return SurveyFrame(unit, up, (float(shift[0]), float(shift[1]), float(shift[2])), crs, tuple(notes))
 

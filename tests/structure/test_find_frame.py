@@ -74,6 +74,7 @@ def test_large_coordinates_are_shifted_by_whole_metres_to_near_the_origin(buildi
     moved = building + np.array([500_123.4, 5_400_321.7, 312.0])
     frame = frame_of(moved)
     assert frame.shift == tuple(round(v) for v in frame.shift)
+    assert any("large" in note for note in frame.notes)
     local = moved * frame.unit - np.array(frame.shift)
     assert np.abs(local[:, :2]).max() < 20
     assert frame.shift[2] == 0.0
