@@ -42,7 +42,7 @@ def find_frame(headers: Sequence[ScanHeader], samples: Sequence[Chunk], settings
         shift[:2] = np.round(middle[:2])
     if np.abs(shift).max() > 0:
         x, y, z = (f"{value:,.0f}" for value in shift)
-        notes.append(f"Coordinates are large: x {x}, y {y}, z {z} m are taken off, and stated in the model and its exports.")
+        notes.append(f"Coordinates are large: x {x}, y {y}, z {z} m are taken off, and kept in the model.")
     crs = next((h.crs for h in headers if h.crs), None)
     return SurveyFrame(unit, up, (float(shift[0]), float(shift[1]), float(shift[2])), crs, tuple(notes))
 
