@@ -29,7 +29,7 @@ MODULES = {
     "libusb-package": "libusb_package",
 }
 """Module to import for a distribution, where it is not called the same."""
-OPTIONAL = {"open3d": "only casting rays (simulated scans, verify) needs it", "libusb-package": "only open3d needs it"}
+OPTIONAL = {"open3d": "only casting rays fast (simulated scans) needs it", "libusb-package": "only open3d needs it"}
 """Distributions without which ``convert`` works, with what they are for."""
 
 State = Literal["ok", "remark", "fault"]

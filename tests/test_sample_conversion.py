@@ -12,12 +12,15 @@ import ifcopenshell
 import numpy as np
 import pytest
 import shapely
+from modelled import rectangle_overlap
+from numpy.typing import NDArray
 from pxr import Usd
 
 import scan2bim
 
 FLAT = Path(scan2bim.__file__).parent.parent / "samples" / "flat"
-NAMES = ("flat.ifc", "flat.usdz", "flat.json", "flat.png", "flat.svg")
+NAMES = ("flat.ifc", "flat.usdz", "flat.json", "flat.svg", "flat.png", "flat.view.png")
+F64 = NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +75,40 @@ def test_inner_walls_have_their_true_thickness(storey: dict[str, Any], truth: di
             truth["walls"], key=lambda t: shapely.LineString([t["start"], t["end"]]).distance(shapely.Point(middle))
         )
         assert wall["thickness"]["value"] == pytest.approx(true["thickness"], abs=0.015), true["name"]
+
+
+def rectangles(storey: dict[str, Any], kinds: tuple[str, ...]) -> list[F64]:
+    """The openings of a storey that hold one of the kinds ("door", "window", "" for nothing), each (4, 3)."""
+    found: list[F64] = []
+    for wall in storey["walls"]:
+        start, end = np.array(wall["start"]), np.array(wall["end"])
+        along = (end - start) / np.linalg.norm(end - start)
+        for opening in wall["openings"]:
+            if (opening["fill"] or {"kind": ""})["kind"] in kinds:
+                offset, sill, width, height = (opening[key]["value"] for key in ("offset", "sill", "width", "height"))
+                low = wall["base"] + sill
+                near, far = start + along * offset, start + along * (offset + width)
+                found.append(np.array([[*near, low], [*far, low], [*far, low + height], [*near, low + height]]))
+    return found
+
+
+def best_overlap(true: list[list[float]], found: list[F64]) -> float:
+    return max((rectangle_overlap(np.array(true), other, across=0.4) for other in found), default=0.0)
+
+
+def test_every_window_is_found(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    found = rectangles(storey, ("window",))
+    assert len(found) == len(truth["windows"])
+    for window in truth["windows"]:
+        assert best_overlap(window["corners"], found) > 0.5, window["name"]
+
+
+def test_every_door_that_stands_open_is_found(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    found = rectangles(storey, ("door", ""))
+    for door in truth["doors"]:
+        if door["state"] != "closed":
+            assert best_overlap(door["corners"], found) > 0.7, door["name"]
+    assert len(found) <= len(truth["doors"])
 
 
 def test_ifc_and_usd_hold_the_same_rooms(run: tuple[Path, str], storey: dict[str, Any]) -> None:

@@ -1,6 +1,6 @@
 """Loading open3d, which casts rays. Its wheel needs libraries of the system that a fresh machine lacks.
 
-Only what casts rays (simulating, verifying) calls this; reading and converting work without open3d.
+Only what casts rays (simulating) calls this; reading and converting work without open3d.
 """
 
 from __future__ import annotations

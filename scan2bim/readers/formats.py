@@ -39,10 +39,7 @@ _LEICA = (
 _RIEGL = "In RIEGL RiSCAN PRO choose Export > Point cloud > E57, one file per scan position, registered."
 _TRIMBLE = "In Trimble RealWorks choose Export > E57, gridded, with stations."
 _TOPCON = "In Topcon MAGNET Collage choose Export > E57."
-_REVIT = (
-    "This is a model, no scan. For checking a model, export IFC from Revit (File > Export > IFC) "
-    "and use 'scan2bim verify'."
-)
+_REVIT = "This is a model, no scan. Give the point cloud that it was made from, as E57 or LAZ."
 _DRAWING = "This is a drawing, no scan. Give the point cloud that it was drawn from, as E57 or LAZ."
 _SKETCHUP = "This is a SketchUp model, no scan. Give the point cloud that it was drawn from, as E57 or LAZ."
 _UNPACK = "Unpack it first and give the files in it."
@@ -118,7 +115,7 @@ _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"%PDF", "a PDF document", "Give the point cloud itself, as E57 or LAZ."),
     (b"\x89PNG", "a PNG picture", "Give the point cloud itself, as E57 or LAZ."),
     (b"\xff\xd8\xff", "a JPEG picture", "Give the point cloud itself, as E57 or LAZ."),
-    (b"ISO-10303-21", "a STEP or IFC model", "Give the point cloud; a model goes to 'scan2bim verify'."),
+    (b"ISO-10303-21", "a STEP or IFC model", "Give the point cloud that it was made from, as E57 or LAZ."),
     (b"<", "an XML or HTML page", "Perhaps a download failed: fetch the file again."),
     (b'{"', "a JSON file", "Give the point cloud itself, as E57 or LAZ."),
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself", "Run 'git lfs pull' to fetch the file."),
