@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -298,8 +299,12 @@ def _length(value: float, sigma: float | None) -> Dimension:
 def _fill(opening_id: str, shape: OpeningShape, place: str, evidence: Evidence) -> Door | Window | None:
     common = {"id": stable_id(shape.kind, opening_id), "confidence": shape.confidence, "evidence": evidence}
     if shape.kind == "door":
-        return Door.model_validate(common | {"name": f"Door {place}", "state": shape.state})
+        return Door.model_validate(common | {"name": f"Door {place}", "state": shape.state} | _leaf(shape))
     return Window.model_validate(common | {"name": f"Window {place}"}) if shape.kind == "window" else None
+
+
+def _leaf(shape: OpeningShape) -> dict[str, object]:
+    return {"angle": shape.angle, "hinge_side": shape.hinge, "swing_side": shape.swing}
 
 
 def _sentence(shape: OpeningShape) -> str:
@@ -309,4 +314,8 @@ def _sentence(shape: OpeningShape) -> str:
         parts = [f"looked through on {shape.looked_through:.0%} of its area by {len(shape.stations)} scans"]
     parts.append({0: "no jamb seen", 1: "one jamb seen", 2: "both jambs seen"}[shape.jambs])
     parts.append("lintel seen" if shape.lintel else "no lintel seen")
+    if shape.angle is not None:
+        parts.append(f"leaf hung at the {shape.hinge} jamb, open by {math.degrees(shape.angle):.0f} degrees")
+    elif shape.kind == "door":
+        parts.append("no leaf seen")
     return ", ".join(parts)

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from scan2bim.cloud.scene import Scene, load_scene
+from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.openings.leaves import AJAR, find_leaf
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
 from scan2bim.openings.wall_image import wall_image
-from scan2bim.structure.shapes import StoreyShape, StructureShape
+from scan2bim.structure.shapes import StoreyShape, StructureShape, WallShape
+
+WIDEST_LEAF = 1.1
+"""Clear width, metres, above which an opening without a leaf is a passage: a single leaf is seldom wider, and two would
+be seen."""
+NARROWEST_LEAF = 0.5
+"""Clear width, metres, below which no leaf is looked for."""
+NO_LEAF = 0.2
+"""Confidence taken off a door whose leaf was not seen: it may be a passage."""
 
 
 def find_openings(
@@ -41,9 +52,35 @@ def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[flo
         index = PlanIndex(near.xyz)
         for place, wall in enumerate(storey.walls):
             beside = near.pick(index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + 0.1))
-            found += find_open(number, place, wall, wall_image(wall, beside, panoramas))
+            for opening in find_open(number, place, wall, wall_image(wall, beside, panoramas)):
+                found.append(_with_leaf(opening, wall, near, index))
         progress((number + 1) / len(structure.storeys))
     return _once(found, structure.storeys)
+
+
+def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
+    """A door with the leaf that was seen at it; a wide opening without one is a passage."""
+    if opening.kind == "window" or opening.width < NARROWEST_LEAF:
+        return opening
+    start, end = np.array(wall.start), np.array(wall.end)
+    direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
+    middle = start + (opening.offset + opening.width / 2) * direction
+    points = surfels.xyz[index.near(middle, 1.5 * opening.width + wall.thickness)].astype(np.float64)
+    leaf = find_leaf(wall, opening.offset, opening.width, opening.sill + opening.height, points)
+    if leaf is not None:
+        return replace(
+            opening,
+            kind="door",
+            state="ajar" if leaf.angle < AJAR else "open",
+            angle=round(leaf.angle, 3),
+            hinge=leaf.hinge,
+            swing=leaf.side,
+            confidence=round(min(0.98, opening.confidence + 0.05), 3),
+        )
+    if opening.width > WIDEST_LEAF:
+        return replace(opening, kind="passage", state="unknown")
+    sure = opening.confidence - (0.0 if opening.kind == "passage" else NO_LEAF)
+    return replace(opening, confidence=round(sure, 3))
 
 
 def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:

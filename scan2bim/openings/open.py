@@ -141,7 +141,7 @@ def _refined(storey: int, number: int, wall: WallShape, image: WallImage, box: B
     height_of_wall = wall.top - wall.base
     top = min(top, height_of_wall)
     width, height = right - left, top - bottom
-    if width < NARROWEST - 0.1 or height < 0.3:
+    if width < (NARROWEST if bottom == 0.0 else NARROWEST - 0.1) or height < 0.3:
         return None
     lintel = _wall_above(image, left, right, top)
     kind = _kind(wall, image, (left, right, bottom, top), lintel)

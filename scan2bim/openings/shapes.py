@@ -19,7 +19,8 @@ class OpeningShape:
     assumed.
 
     ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its sides show
-    a reveal, ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through.
+    a reveal, ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through;
+    ``angle`` (radians from closed), ``hinge`` and ``swing`` side of its leaf, where one was seen.
     """
 
     storey: int
@@ -38,6 +39,9 @@ class OpeningShape:
     points: int
     stations: tuple[int, ...]
     confidence: float
+    angle: float | None = None
+    hinge: Literal["start", "end", "unknown"] = "unknown"
+    swing: Literal["left", "right", "unknown"] = "unknown"
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

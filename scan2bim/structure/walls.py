@@ -254,7 +254,8 @@ def _union(a: Axis, b: Axis) -> Axis:
 def _join_ends(axes: list[Axis]) -> tuple[list[Axis], list[AxisJoin]]:
     """Move each wall's ends onto the axes of the walls that they meet.
 
-    Ends move along their own axes, so that the crossing points stay where they are; a wall that ends short of a point at
+    Ends move along their own axes, so that the crossing points stay where they are;
+    a wall that ends short of a point at
     which another one joins it is drawn on to that point.
     """
     points: list[tuple[int, str, int, F64]] = []
