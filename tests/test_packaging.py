@@ -12,6 +12,10 @@ from pathlib import Path
 import pytest
 
 import scan2bim
+from scan2bim.commands.failure import INTERRUPTED
+from scan2bim.errors import InputError, PrecheckError, ResourceError, StageError, UsageError
+from scan2bim.exporters import known_suffixes
+from scan2bim.readers import SUFFIXES
 
 ROOT = Path(scan2bim.__file__).parent.parent
 pytestmark = pytest.mark.skipif(not (ROOT / "pyproject.toml").exists(), reason="not in a checkout")
@@ -88,6 +92,34 @@ def test_the_setup_scripts_name_no_registry() -> None:
         text = (ROOT / name).read_text(encoding="utf-8")
         assert "://" not in text, name
         assert "index-url" not in text, name
+
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "samples" / "README.md"]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_pictures_of_the_documents_are_there(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for target in [*re.findall(r"\]\(([^)#]+)\)", text), *re.findall(r'src="([^"]+)"', text)]:
+        assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_pictures_in_the_readme_are_small() -> None:
+    for name in ("flat_plan.png", "flat_view.png"):
+        assert (ROOT / "docs" / "img" / name).stat().st_size < 200_000
+
+
+def test_every_format_is_named_in_the_documents() -> None:
+    text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    for suffix in (*SUFFIXES, *known_suffixes()):
+        assert re.search(rf"{re.escape(suffix)}\b", text), suffix
+
+
+def test_the_readme_lists_the_exit_codes_of_the_errors() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    kinds = (UsageError, InputError, PrecheckError, StageError, ResourceError)
+    for code in (0, 1, *(kind.exit_code for kind in kinds), INTERRUPTED):
+        assert f"\n| {code} | " in text
 
 
 def test_the_version_is_stated_once() -> None:
