@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -109,6 +110,14 @@ def test_every_door_that_stands_open_is_found(storey: dict[str, Any], truth: dic
         if door["state"] != "closed":
             assert best_overlap(door["corners"], found) > 0.7, door["name"]
     assert len(found) <= len(truth["doors"])
+
+
+def test_doors_that_stand_open_have_their_leaves(storey: dict[str, Any], truth: dict[str, Any]) -> None:
+    fills = [(opening["fill"] or {}) for wall in storey["walls"] for opening in wall["openings"]]
+    found = sorted((fill["angle"], fill["state"]) for fill in fills if fill.get("angle"))
+    true = sorted((door["angle"], door["state"]) for door in truth["doors"] if door["state"] in ("open", "ajar"))
+    assert [state for _, state in found] == [state for _, state in true]
+    assert [angle for angle, _ in found] == pytest.approx([angle for angle, _ in true], abs=math.radians(10))
 
 
 def test_ifc_and_usd_hold_the_same_rooms(run: tuple[Path, str], storey: dict[str, Any]) -> None:
