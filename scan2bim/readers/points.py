@@ -14,6 +14,7 @@ from scan2bim.cloud.scan import F32, F64, U8, U16, Chunk
 from scan2bim.errors import DamagedFileError, InputError, ResourceError, Scan2BimError
 
 _Number = TypeVar("_Number", bound=np.generic)
+Numbers = NDArray[np.integer] | NDArray[np.floating]
 
 LIMIT = 1e9
 """File units.
@@ -94,7 +95,7 @@ def stretch(values: NDArray[np.generic], low: float, high: float) -> F32:
     return ((values.astype(np.float64) - low) / span).astype(np.float32)
 
 
-def guess_range(values: NDArray[np.generic]) -> tuple[float, float]:
+def guess_range(values: Numbers) -> tuple[float, float]:
     """Low and high of an intensity whose file does not state them, guessed from some values.
 
     Whole numbers and fractions in 0-1 are taken as they are; else the smallest usual range that holds them: 8, 11
@@ -111,7 +112,7 @@ def guess_range(values: NDArray[np.generic]) -> tuple[float, float]:
     return low, high
 
 
-def colour_scale(values: NDArray[np.generic]) -> float:
+def colour_scale(values: Numbers) -> float:
     """The factor that takes colours to 0-255, guessed from some values: fractions, bytes or 16-bit numbers."""
     high = float(np.nanmax(values)) if values.size and not np.all(np.isnan(values.astype(np.float64))) else 0.0
     if values.dtype.kind == "f" and high <= 1.0:
