@@ -7,7 +7,7 @@ building, not as there are points.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, read_tile
+from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, tile_runs
 from scan2bim.config import SurfelSettings
 
 PLAN = 0.05
@@ -72,8 +72,8 @@ def make_surfels(
     with (folder / "surfels.bin").open("wb") as file:
         for done, tile in enumerate(tiles):
             key = tuple(tile.tolist())
-            points = [read_tile(index, tile) for index, own in zip(indices, owners, strict=True) if key in own]
-            _merge(np.concatenate(points), tile, slots).tofile(file)
+            seen = (index for index, own in zip(indices, owners, strict=True) if key in own)
+            _merge((run for index in seen for run in tile_runs(index, tile)), tile, slots).tofile(file)
             progress((done + 1) / len(tiles))
 
 
@@ -81,10 +81,13 @@ def _tile_set(index: TileIndex) -> set[tuple[int, ...]]:
     return {tuple(t) for t in index.runs["tile"].tolist()}
 
 
-def _merge(points: NDArray[np.void], tile: NDArray[np.int32], slots: NDArray[np.int32]) -> NDArray[np.void]:
-    """Surfels (dtype SURFEL) of one tile's points (dtype POINT), sorted by voxel; ``slots`` is scratch, all -1."""
-    raw = points.view(np.uint8).reshape(-1, POINT.itemsize)
-    sums, station, cells = _accumulate(raw, slots, np.float32(TILE / STEPS))
+def _merge(runs: Iterable[NDArray[np.void]], tile: NDArray[np.int32], slots: NDArray[np.int32]) -> NDArray[np.void]:
+    """Surfels (dtype SURFEL) of one tile's runs of points (dtype POINT), by voxel; ``slots`` is scratch, all -1."""
+    sums, station, cells, used = np.zeros((4096, 9)), np.zeros(4096, np.uint16), np.zeros(4096, np.int32), 0
+    for run in runs:
+        raw = run.view(np.uint8).reshape(-1, POINT.itemsize)
+        sums, station, cells, used = _accumulate(raw, slots, np.float32(TILE / STEPS), sums, station, cells, used)
+    sums, station, cells = sums[:used], station[:used], cells[:used]
     out = np.zeros(len(cells), SURFEL)
     n = sums[:, 0]
     mean = sums[:, 1:4] / n[:, None]
@@ -99,13 +102,12 @@ def _merge(points: NDArray[np.void], tile: NDArray[np.int32], slots: NDArray[np.
 
 
 @nb.njit(cache=True, nogil=True)
-def _accumulate(raw, slots, step):  # pyright: ignore
-    """Per occupied voxel: count, sums of x y z r g b grey zz (m, 9) float64, last station (m,), cell (m,)."""
-    capacity = 4096
-    sums = np.zeros((capacity, 9), np.float64)
-    station = np.zeros(capacity, np.uint16)
-    cells = np.zeros(capacity, np.int32)
-    used = 0
+def _accumulate(raw, slots, step, sums, station, cells, used):  # pyright: ignore
+    """Add points (n, 12) uint8 to the voxels' sums; gives the arrays, grown where need be, and how many are used.
+
+    Per occupied voxel: count, sums of x y z r g b grey zz (m, 9) float64, last station (m,), cell (m,).
+    """
+    capacity = sums.shape[0]
     for i in range(raw.shape[0]):
         qx = np.int64(raw[i, 0]) | np.int64(raw[i, 1]) << 8
         qy = np.int64(raw[i, 2]) | np.int64(raw[i, 3]) << 8
@@ -139,4 +141,4 @@ def _accumulate(raw, slots, step):  # pyright: ignore
         sums[s, 7] += raw[i, 9]
         sums[s, 8] += z * z
         station[s] = np.uint16(raw[i, 10]) | np.uint16(raw[i, 11]) << 8
-    return sums[:used], station[:used], cells[:used]
+    return sums, station, cells, used

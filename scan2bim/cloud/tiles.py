@@ -7,6 +7,7 @@ index says which run of records belongs to which tile.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,15 +94,22 @@ class TileWriter:
         self._written += len(local)
 
 
+def tile_runs(index: TileIndex, tile: NDArray[np.int32]) -> Iterator[NDArray[np.void]]:
+    """The points of one scan in one tile, dtype POINT, run by run; each is overwritten by the next."""
+    runs = index.runs[(index.runs["tile"] == tile).all(1)]
+    buffer = np.empty(int(runs["count"].max(initial=0)), POINT)
+    with index.path.open("rb", buffering=0) as file:
+        for run in runs:
+            part = buffer[: int(run["count"])]
+            file.seek(int(run["start"]) * POINT.itemsize)
+            if file.readinto(part.view(np.uint8).data) != part.nbytes:
+                raise InputError(index.path, "ends early: it was changed while it was read.", "Run again.")
+            yield part
+
+
 def read_tile(index: TileIndex, tile: NDArray[np.int32]) -> NDArray[np.void]:
     """All points of one scan in one tile, dtype POINT (n,)."""
-    at = (index.runs["tile"] == tile).all(1)
-    parts: list[NDArray[np.void]] = []
-    with index.path.open("rb") as file:
-        for run in index.runs[at]:
-            file.seek(int(run["start"]) * POINT.itemsize)
-            parts.append(np.fromfile(file, POINT, int(run["count"])))
-    return np.concatenate(parts) if parts else np.zeros(0, POINT)
+    return np.concatenate([np.zeros(0, POINT), *(run.copy() for run in tile_runs(index, tile))])
 
 
 @nb.njit(cache=True, nogil=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,7 +64,9 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
         for side, sign in (("left", 1.0), ("right", -1.0)):
             for depth in (0.0, 0.5, 1.0):
                 u, v = (along - place) * inward, (across - sign * depth * wall.thickness / 2) * sign
-                share, angle = _best_angle(u[body], v[body], up[body], u[above], v[above], length)
+                near = (np.hypot(u, v) < length + 0.35) & (v > -BAND)
+                low, high = near & body, near & above
+                share, angle = _best_angle(u[low], v[low], up[low], u[high], v[high], length)
                 if share >= LEAST and (best is None or share > best.share + 0.02):
                     best = Leaf(hinge, side, angle, share)  # pyright: ignore[reportArgumentType]
     return best
@@ -76,35 +79,47 @@ def _in_wall(wall: WallShape, points: F64) -> tuple[F64, F64, F64]:
     return offset @ direction, offset @ np.array([-direction[1], direction[0]]), points[:, 2] - wall.base
 
 
-def _best_angle(u: F64, v: F64, up: F64, u_above: F64, v_above: F64, length: float) -> tuple[float, float]:
+@nb.njit(cache=True, nogil=True)
+def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
     """Largest share of a leaf's ``length`` that is upright, and its angle; u runs from the hinge to the other jamb, v
     to the side that the leaf swings to.
     """
-    best = (0.0, 0.0)
-    if not len(u):
-        return best
     steps = max(int(length / STEP) - 2, 4)
-    heights = max(int((up.max() - LOWEST) / TALL) + 1, 4)
+    heights = int((HIGHEST - LOWEST) / TALL) + 1
+    tallest = 0
+    for i in range(u.shape[0]):
+        tallest = max(tallest, int((up[i] - LOWEST) / TALL) + 1)
+    heights = max(min(heights, tallest), 4)
+    best = 0.0
+    best_angle = 0.0
+    filled = np.zeros((steps, heights), np.bool_)
+    beyond = np.zeros(6, np.bool_)
+    above = np.zeros(steps + 2, np.bool_)
     for angle in ANGLES:
-        along, off = u * np.cos(angle) + v * np.sin(angle), np.abs(v * np.cos(angle) - u * np.sin(angle))
-        on = (off < BAND) & (along > 2 * STEP)
-        filled = _filled(along[on], up[on], steps, heights)
-        if filled <= max(best[0], LEAST):
+        c, s = np.cos(angle), np.sin(angle)
+        filled[:] = False
+        beyond[:] = False
+        for i in range(u.shape[0]):
+            if abs(v[i] * c - u[i] * s) < BAND:
+                along = u[i] * c + v[i] * s
+                step = int(np.floor(along / STEP)) - 2
+                height = int((up[i] - LOWEST) / TALL)
+                if 0 <= step < steps and height < heights:
+                    filled[step, height] = True
+                if length + 0.08 < along < length + 0.33:
+                    beyond[int((along - length - 0.08) / STEP)] = True
+        share = 0.0
+        for step in range(steps):
+            if filled[step].sum() >= UPRIGHT * heights:
+                share += 1.0 / steps
+        if share <= max(best, LEAST) or beyond.sum() >= 3:
             continue
-        beyond = (off < BAND) & (along > length + 0.08) & (along < length + 0.33)
-        goes_on = len(np.unique(np.floor(along[beyond] / STEP))) >= 3
-        over = np.abs(v_above * np.cos(angle) - u_above * np.sin(angle)) < BAND
-        along_over = (u_above * np.cos(angle) + v_above * np.sin(angle))[over]
-        covered = len(np.unique(np.floor(along_over[(along_over > 0.1) & (along_over < length)] / STEP))) / steps
-        if not goes_on and covered < 0.3:
-            best = (filled, float(angle))
-    return best
-
-
-def _filled(along: F64, up: F64, steps: int, heights: int) -> float:
-    """Share of the steps from the hinge outwards that are upright."""
-    step, height = np.floor(along / STEP).astype(int) - 2, np.floor((up - LOWEST) / TALL).astype(int)
-    ok = (step >= 0) & (step < steps) & (height >= 0) & (height < heights)
-    grid = np.zeros((steps, heights), bool)
-    grid[step[ok], height[ok]] = True
-    return float((grid.mean(1) >= UPRIGHT).mean())
+        above[:] = False
+        for i in range(u_above.shape[0]):
+            along = u_above[i] * c + v_above[i] * s
+            if abs(v_above[i] * c - u_above[i] * s) < BAND and 0.1 < along < length:
+                above[min(int(along / STEP) - 2, steps + 1)] = True
+        if above.sum() < 0.3 * steps:
+            best = share
+            best_angle = angle
+    return best, best_angle

@@ -15,18 +15,26 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.scan import F32, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
+from scan2bim.readers.e57_file import check_file
 from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
 from scan2bim.readers.e57_layout import Buffers, Layout, Limits, make_buffers, scan_layout
+from scan2bim.readers.e57_pages import check_pages
 from scan2bim.readers.points import START_SPREAD, join_chunks, make_chunk, stretch
 
 __all__ = ["read_chunks", "read_headers", "sample_points"]
 
 
 def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
-    """The points of one scan. Raises DamagedFileError where they end early."""
+    """The points of one scan. Raises DamagedFileError where they end early or a page's checksum is wrong."""
     if header.points == 0:
         return
-    with open_image(header.path) as image:
+    section = check_file(header.path)[header.index]
+    check_pages(header.path, section.offset, section.length)
+    yield from _read(header, chunk_points, checked=True)
+
+
+def _read(header: ScanHeader, chunk_points: int, *, checked: bool) -> Iterator[Chunk]:
+    with open_image(header.path, checked=checked) as image:
         scan = image.root()["data3D"][header.index]
         layout = scan_layout(header.path, header.index, scan)
         buffers = make_buffers(image, layout, min(chunk_points, header.points))
@@ -54,7 +62,7 @@ def sample_points(header: ScanHeader, count: int) -> Chunk:
     """``count`` points thinned from the start of the scan."""
     wanted = min(header.points, START_SPREAD * count)
     chunks: list[Chunk] = []
-    for chunk in read_chunks(header, max(wanted, 1)):
+    for chunk in _read(header, max(wanted, 1), checked=False) if wanted else ():
         chunks.append(chunk)
         if sum(len(part.xyz) + part.dropped for part in chunks) >= wanted:
             break
