@@ -153,10 +153,15 @@ def read_head(path: Path) -> bytes:
         with path.open("rb") as file:
             head = file.read(_HEAD)
     except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be opened: {error}.", "Check the path and the permissions.") from error
+        raise InputError(path, f"cannot be opened: {reason(error)}.", "Check the path and the permissions.") from error
     if not head:
         raise DamagedFileError(path, "the file is empty (0 bytes).", "Copy or export it again.")
     return head
+
+
+def reason(error: OSError | ValueError) -> str:
+    """Why a path cannot be used, in the system's words, without its number and without the path once more."""
+    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
 def _refuse_suffix(path: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from scan2bim.errors import ClosedFormatError, InputError
-from scan2bim.readers.formats import CLOSED, LOOSE_SUFFIXES, SUFFIXES, looks_like_points, read_head
+from scan2bim.readers.formats import CLOSED, LOOSE_SUFFIXES, SUFFIXES, looks_like_points, read_head, reason
 
 _WILDCARDS = re.compile(r"[*?\[]")
 
@@ -65,7 +65,7 @@ def _expand(path: Path) -> list[Path]:
         if _WILDCARDS.search(str(path)):
             return _match(path)
     except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be opened: {error}.", "Check the path and the permissions.") from error
+        raise InputError(path, f"cannot be opened: {reason(error)}.", "Check the path and the permissions.") from error
     raise InputError(path, "no such file or folder.", "Check the path; quote patterns such as 'scans/*.e57'.")
 
 
@@ -73,6 +73,7 @@ def _search(folder: Path) -> list[Path]:
     closed_folder = CLOSED.get(folder.suffix.lower())
     if closed_folder is not None:
         raise ClosedFormatError(folder, f"{closed_folder.what}, cannot be read.", closed_folder.advice)
+    next(folder.iterdir(), None)  # rglob is silent about a folder that may not be read
     files = [file for file in sorted(folder.rglob("*"), key=natural_key) if not _hidden(file, folder)]
     known = [file for file in files if file.is_file() and _is_cloud(file)]
     closed = [file for file in files if _is_closed_scan(file)]

@@ -35,6 +35,15 @@ def test_what_is_not_there_is_named(tmp_path: Path, name: str) -> None:
         find_inputs([tmp_path / name])
 
 
+def test_a_folder_that_may_not_be_read_is_not_called_empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(folder: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(folder))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(InputError, match=r"cannot be opened: Permission denied\."):
+        find_inputs([tmp_path])
+
+
 def test_an_empty_folder_and_no_paths_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no point cloud found"):
         find_inputs([tmp_path])
