@@ -22,7 +22,7 @@ LAYER_OF_MODULE = {
     "doctor": "cli",
     "errors": "errors",
     "config": "config",
-    **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "parallel"), "support"),
+    **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "allocator", "parallel"), "support"),
     **dict.fromkeys(
         ("pipeline", "stages", "reading", "planning", "estimate", "views", "scans", "assemble"), "pipeline"
     ),

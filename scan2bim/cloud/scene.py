@@ -39,6 +39,10 @@ def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
         if summary.position is not None:
             stations[summary.station] = summary.position
             panoramas[summary.station] = Panorama.load(folder / "panorama.npz")
-    surfels = Surfels.load(surfel_folder)
-    trusted = agreement(surfels.xyz, surfels.station, panoramas) >= TRUST
-    return Scene(surfels.pick(trusted), surfels.pick(~trusted), panoramas, stations)
+    trusted: list[Surfels] = []
+    doubtful: list[Surfels] = []
+    for block in Surfels.blocks(surfel_folder):
+        agrees = agreement(block.xyz, block.station, panoramas) >= TRUST
+        trusted.append(block.pick(agrees))
+        doubtful.append(block.pick(~agrees))
+    return Scene(Surfels.joined(trusted), Surfels.joined(doubtful), panoramas, stations)

@@ -7,8 +7,8 @@ building, not as there are points.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numba as nb
@@ -23,6 +23,8 @@ PLAN = 0.05
 TALL = 0.10
 """Height of a voxel, metres: walls are tall, so more points share a voxel where a scan is sparse."""
 NX, NZ = round(TILE / PLAN), round(TILE / TALL)
+BLOCK = 1 << 19
+"""Surfels read at a time."""
 SURFEL = np.dtype(
     [("xyz", "<f4", (3,)), ("count", "<u4"), ("rgb", "u1", (3,)), ("grey", "u1"), ("station", "<u2"), ("dz", "<f2")]
 )
@@ -49,16 +51,30 @@ class Surfels:
         return Surfels(self.xyz[keep], self.count[keep], self.rgb[keep], self.station[keep], self.spread[keep])
 
     @staticmethod
+    def blocks(folder: Path) -> Iterator[Surfels]:
+        """The surfels of the building, some at a time."""
+        with (folder / "surfels.bin").open("rb") as file:
+            while len(data := np.fromfile(file, SURFEL, BLOCK)):
+                yield Surfels(
+                    np.ascontiguousarray(data["xyz"]),
+                    data["count"].copy(),
+                    np.ascontiguousarray(data["rgb"]),
+                    data["station"].copy(),
+                    data["dz"].astype(np.float32),
+                )
+
+    @staticmethod
+    def joined(parts: Sequence[Surfels]) -> Surfels:
+        """One after the other."""
+        if not parts:
+            none = np.zeros(0, SURFEL)
+            return Surfels(none["xyz"], none["count"], none["rgb"], none["station"], none["dz"].astype(np.float32))
+        return Surfels(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Surfels)))
+
+    @staticmethod
     def load(folder: Path) -> Surfels:
         """All surfels of the building."""
-        data = np.fromfile(folder / "surfels.bin", SURFEL)
-        return Surfels(
-            np.ascontiguousarray(data["xyz"]),
-            data["count"].copy(),
-            np.ascontiguousarray(data["rgb"]),
-            data["station"].copy(),
-            data["dz"].astype(np.float32),
-        )
+        return Surfels.joined(list(Surfels.blocks(folder)))
 
 
 def make_surfels(

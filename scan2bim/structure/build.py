@@ -86,33 +86,34 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rooms:
-    """The spaces of one storey and the virtual borders between them."""
+    """The spaces of one storey, the virtual borders between them, and what speaks for its walls; no rasters."""
 
-    plan: Plan
+    levels: StoreyLevels
     polygons: list[Polygon]
+    spaces: tuple[SpaceShape, ...]
     cuts: list[LineString]
     panes: list[LineString]
+    evidence: FaceEvidence
 
 
 def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], scene: Scene) -> Rooms:
-    faces = [*walls, *panes]
-    split = [split_at_portals(p) for p in find_spaces(plan, faces, list(scene.panoramas.values()))]
+    split = [split_at_portals(p) for p in find_spaces(plan, [*walls, *panes], list(scene.panoramas.values()))]
+    polygons = [part for parts, _ in split for part in parts]
     return Rooms(
-        plan,
-        [part for parts, _ in split for part in parts],
+        plan.levels,
+        polygons,
+        tuple(_space(p, plan) for p in polygons),
         [cut for _, cuts in split for cut in cuts],
         [LineString(f.ends()) for f in panes],
+        FaceEvidence(plan.columns),
     )
 
 
 def _storey(rooms: Rooms, outer: float) -> StoreyShape:
-    plan = rooms.plan
-    spaces = tuple(_space(p, plan) for p in rooms.polygons)
-    evidence = FaceEvidence(plan.columns)
-    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, evidence.seen_share)
-    walls = tuple(_wall(number, axis, joins, plan, spaces, evidence) for number, axis in enumerate(axes))
-    level = plan.levels
-    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, spaces, walls)
+    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, rooms.evidence.seen_share)
+    walls = tuple(_wall(number, axis, joins, rooms) for number, axis in enumerate(axes))
+    level = rooms.levels
+    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, rooms.spaces, walls)
 
 
 def _space(polygon: Polygon, plan: Plan) -> SpaceShape:
@@ -139,14 +140,13 @@ def _pixels(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
     return mask > 0
 
 
-def _wall(
-    number: int, axis: Axis, joins: Sequence[AxisJoin], plan: Plan, spaces: Sequence[SpaceShape], evidence: FaceEvidence
-) -> WallShape:
-    beside = [spaces[s] for s in (*axis.left, *axis.right)]
+def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> WallShape:
+    levels, evidence = rooms.levels, rooms.evidence
+    beside = [rooms.spaces[s] for s in (*axis.left, *axis.right)]
     ceilings = [s.ceiling for s in beside if s.ceiling is not None]
-    top = max(ceilings, default=plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top)
+    top = max(ceilings, default=levels.ceiling if levels.ceiling is not None else levels.top)
     at, _, distance = evidence.on_faces(axis)
-    columns = plan.columns
+    columns = evidence.columns
     rms = float(np.sqrt(np.average(distance**2, weights=columns.bins[at]))) if len(at) else BAND
     colour = np.median(columns.rgb[at], axis=0) if len(at) else np.full(3, 200.0)
     stations = np.unique(columns.station[at])
@@ -156,7 +156,7 @@ def _wall(
         end,
         round(axis.thickness, 4),
         round(max(0.001, rms), 4) if axis.measured else None,
-        round(plan.levels.floor, 4),
+        round(levels.floor, 4),
         round(top, 4),
         bool(ceilings),
         tuple(sorted(axis.left)),

@@ -18,7 +18,7 @@ class FaceEvidence:
     """Finds the columns on walls' faces."""
 
     def __init__(self, columns: Columns) -> None:
-        self._columns = columns
+        self.columns = columns
         self._index = PlanIndex(columns.xy)
 
     def on_faces(self, axis: Axis) -> tuple[NDArray[np.int64], F64, F64]:
@@ -26,7 +26,7 @@ class FaceEvidence:
         (those of the second face beyond the first), their distances to the face; (k,) each.
         """
         near = self._index.along(np.array([axis.start, axis.end]), axis.thickness / 2 + BAND)
-        offset = self._columns.xy[near] - axis.start
+        offset = self.columns.xy[near] - axis.start
         along, across = offset @ axis.direction, offset @ axis.normal
         half = axis.thickness / 2 if axis.measured or not (axis.left and axis.right) else 0.0
         parts: list[tuple[NDArray[np.int64], F64, F64]] = []
