@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
@@ -16,7 +18,7 @@ from scan2bim.openings.leaves import AJAR, find_leaf
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
-from scan2bim.openings.wall_image import wall_image
+from scan2bim.openings.wall_image import REACH, wall_image
 from scan2bim.structure.shapes import StoreyShape, StructureShape, WallShape
 
 WIDEST_LEAF = 1.1
@@ -52,10 +54,20 @@ def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[flo
         index = PlanIndex(near.xyz)
         for place, wall in enumerate(storey.walls):
             beside = near.pick(index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + 0.1))
-            for opening in find_open(number, place, wall, wall_image(wall, beside, panoramas)):
+            for opening in find_open(number, place, wall, wall_image(wall, beside, _close(panoramas, wall))):
                 found.append(_with_leaf(opening, wall, near, index))
         progress((number + 1) / len(structure.storeys))
     return _once(found, structure.storeys)
+
+
+def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Panorama]:
+    """Those of stations near enough to a wall to be asked about it."""
+    if not panoramas:
+        return {}
+    numbers = list(panoramas)
+    places = shapely.points(np.array([panoramas[n].position[:2] for n in numbers]))
+    near = np.atleast_1d(shapely.distance(shapely.linestrings([wall.start, wall.end]), places) <= REACH)
+    return {n: panoramas[n] for n, is_near in zip(numbers, near, strict=True) if is_near}
 
 
 def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:

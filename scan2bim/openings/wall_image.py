@@ -51,7 +51,7 @@ class WallImage:
 
 
 def wall_image(wall: WallShape, surfels: Surfels, panoramas: Mapping[int, Panorama]) -> WallImage:
-    """Image of one wall. ``surfels`` are those near it (any superset)."""
+    """Image of one wall. ``surfels`` are those near it (any superset), ``panoramas`` those of stations within REACH."""
     start, end = np.array(wall.start), np.array(wall.end)
     length = float(np.linalg.norm(end - start))
     direction = (end - start) / length
@@ -94,13 +94,11 @@ def _through(
     points = np.column_stack([xy, wall.base + (rows.ravel() + 0.5) * PIXEL]).astype(np.float32)
     through, saw = np.zeros(len(points), np.uint8), np.zeros(len(points), np.uint8)
     lookers: dict[int, NDArray[np.bool_]] = {}
-    length = shape[1] * PIXEL
     outer = not (wall.left and wall.right)
     for number, panorama in panoramas.items():
-        to = panorama.position[:2] - start
-        gap = np.hypot(max(0.0, -float(to @ direction), float(to @ direction) - length), float(to @ normal))
-        if gap > REACH or not wall.base - 0.5 < panorama.position[2] < wall.top + 0.5:
+        if not wall.base - 0.5 < panorama.position[2] < wall.top + 0.5:
             continue
+        to = panorama.position[:2] - start
         slant = np.linalg.norm(points[:, :2] - panorama.position[:2], axis=1) / max(abs(float(to @ normal)), 0.02)
         steep = slant < 5.0
         margin = np.float32(wall.thickness / 2 + 0.05)

@@ -27,6 +27,8 @@ from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, Struct
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import Axis, AxisJoin, find_walls
 
+DEEPEST = 5.0
+"""Depth, metres, under a storey's floor down to which one looks for what is seen through its wells: the floor below."""
 LEAST_CEILING = 0.2
 """Share of a space under which a ceiling must have been seen to give it a height: less are shelves and lintels."""
 F64 = NDArray[np.float64]
@@ -56,13 +58,16 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
             "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the "
             "files."
         )
+    doubtful = layers_of(scene.doubtful)
     faces: list[Face] = []
     depths: list[float] = []
     rooms: list[Rooms] = []
     for number, level in enumerate(levels):
-        plan = plan_of(level, scene.surfels, layers, scene.stations)
+        low, high = level.floor - DEEPEST, level.top + 0.2
+        plan = plan_of(level, scene.surfels, layers.between(scene.surfels, low, high), scene.stations)
         found = find_faces(plan)
-        plan, panes = with_panes(plan, found, scene.doubtful, scene.stations)
+        behind = doubtful.between(scene.doubtful, low, high)
+        plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         rooms.append(_rooms(plan, found, panes, scene))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])

@@ -15,7 +15,7 @@ from scan2bim.cloud.surfels import Surfels
 from scan2bim.structure.columns import F64, gather_columns
 from scan2bim.structure.faces import Face, grow_faces, without_recesses
 from scan2bim.structure.plan import Plan
-from scan2bim.structure.storeys import layers_of
+from scan2bim.structure.storeys import Layers
 
 SHORTEST = 0.8
 """Length, metres, of the shortest glass front looked for; windows in walls are found in their walls."""
@@ -27,9 +27,14 @@ APART = 0.15
 """Distance, metres, from a seen wall face within which nothing is taken for another."""
 
 
-def with_panes(plan: Plan, faces: Sequence[Face], doubtful: Surfels, stations: F64) -> tuple[Plan, list[Face]]:
-    """The plan with the ``doubtful`` surfels' columns added after its own, and the glass fronts found among those."""
-    columns = gather_columns(doubtful, layers_of(doubtful), plan.grid, stations)
+def with_panes(
+    plan: Plan, faces: Sequence[Face], doubtful: Surfels, layers: Layers, stations: F64
+) -> tuple[Plan, list[Face]]:
+    """The plan with the ``doubtful`` surfels' columns added after its own, and the glass fronts found among those.
+
+    ``layers`` are those of the doubtful surfels of the storey.
+    """
+    columns = gather_columns(doubtful, layers, plan.grid, stations)
     found = grow_faces(replace(plan, columns=columns), columns.bins >= FEWEST_BINS, columns.bins >= FEWEST_BINS)
     panes = [f for f in found if f.length >= SHORTEST and f.tall >= FULLEST * f.length and f.sided]
     panes = [f for f in without_recesses(panes, faces) if not any(_beside(f, other) for other in faces)]

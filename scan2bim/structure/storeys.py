@@ -56,6 +56,12 @@ class Layers:
     above: F64
     below: F64
 
+    def between(self, surfels: Surfels, low: float, high: float) -> Layers:
+        """Those of surfels whose height is in between; free heights stay those among all."""
+        z = surfels.xyz[self.order, 2]
+        keep = (z > low) & (z < high)
+        return Layers(self.order[keep], self.above[keep], self.below[keep])
+
 
 def layers_of(surfels: Surfels) -> Layers:
     """Sort surfels into plan columns and measure the free height above and below each."""
