@@ -48,7 +48,8 @@ class Surfels:
 
     def pick(self, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
         """Those of a mask or index."""
-        return Surfels(self.xyz[keep], self.count[keep], self.rgb[keep], self.station[keep], self.spread[keep])
+        rows = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
+        return Surfels(*(np.take(getattr(self, f.name), rows, axis=0) for f in fields(self)))
 
     @staticmethod
     def blocks(folder: Path) -> Iterator[Surfels]:

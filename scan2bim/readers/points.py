@@ -70,13 +70,15 @@ def make_chunk(
         intensity = unit_range(intensity)
     if keep is None:
         return Chunk(xyz, rgb, intensity, source, misses)
-    kept = np.ascontiguousarray(xyz[keep])
+    # Rows by number: a mask over the rows of (n, 3) costs five times as much.
+    rows = np.flatnonzero(keep)
+    kept = np.take(xyz, rows, axis=0)
     dropped = len(xyz) - len(kept) - (0 if misses is None else len(misses))
     return Chunk(
         kept,
-        None if rgb is None else rgb[keep],
-        None if intensity is None else intensity[keep],
-        None if source is None else source[keep],
+        None if rgb is None else np.take(rgb, rows, axis=0),
+        None if intensity is None else intensity[rows],
+        None if source is None else source[rows],
         misses,
         dropped,
     )
