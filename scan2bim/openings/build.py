@@ -24,6 +24,8 @@ from scan2bim.structure.shapes import StoreyShape, StructureShape, WallShape
 WIDEST_LEAF = 1.1
 """Clear width, metres, above which an opening without a leaf is a passage: a single leaf is seldom wider, and two would
 be seen."""
+TALLEST_DOOR = 3.0
+"""Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
 NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
 NO_LEAF = 0.2
@@ -74,6 +76,8 @@ def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: 
     """A door with the leaf that was seen at it; a wide opening without one is a passage."""
     if opening.kind == "window" or opening.width < NARROWEST_LEAF:
         return opening
+    if opening.height > TALLEST_DOOR:
+        return replace(opening, kind="passage", state="unknown")
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     middle = start + (opening.offset + opening.width / 2) * direction
