@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.errors import DamagedFileError
+from scan2bim.readers.e57_file import PAGE, PAYLOAD
 
-PAGE = 1024
-PAYLOAD = PAGE - 4
 BLOCK = 2048
 """Pages read at a time: 2 MB, which stay in the processor's cache."""
 POLYNOMIAL = 0x82F63B78

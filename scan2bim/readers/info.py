@@ -13,31 +13,13 @@ import numpy as np
 from scan2bim.cloud.scan import F64, Chunk, ScanHeader
 from scan2bim.errors import InputError
 from scan2bim.readers import find_inputs, one_a_kind, read_headers, sample_points
-from scan2bim.readers.formats import Format, detect
+from scan2bim.readers.formats import detect
 from scan2bim.readers.points import START_SPREAD
 
 SAMPLE = 20_000
 """Points looked at per scan: enough for a density within some ten per cent, read in some milliseconds."""
 CELL = 0.25
 """Metres. Surfaces are measured in cubes of this edge: larger than the spacing of points, smaller than a room."""
-NANOSECONDS: dict[Format, float] = {
-    "E57": 340.0,
-    "LAS": 700.0,
-    "PLY": 220.0,
-    "PCD": 220.0,
-    "PTS": 500.0,
-    "PTX": 500.0,
-    "TEXT": 500.0,
-}
-"""CPU that ``convert`` takes for a point, measured on a core of 2026: decoding and all that touches each point."""
-BASE_SECONDS = 15.0
-"""Seconds that do not grow with the points: libraries, structure and openings of a house."""
-BASE_MEMORY = 700e6
-"""Bytes at the peak: libraries, chunks and one building's surfaces. Points are streamed and do not add to it."""
-POINT_DISK = 13.0
-"""Bytes in the work folder for each point, compressed."""
-SCAN_DISK = 1e6
-"""Bytes in the work folder for each scan's panorama."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +73,7 @@ class InputReport:
     unit: str | None
     up: str | None
     crs: str | None
-    cost: Cost
+    cost: Cost | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,7 +113,7 @@ def describe(
 ) -> InputReport:
     """What is in the files. ``unit``, ``up`` and ``metres`` (per file unit) as found elsewhere, else as the files say.
 
-    ``cost`` replaces the estimate from the headers alone. Raises InputError where no file can be read.
+    ``cost`` is what a conversion may take, where it is known. Raises InputError where no file can be read.
     """
     found = paths if isinstance(paths, Survey) else survey(paths)
     scans = [_scan(header, sample, metres) for header, sample in zip(found.headers, found.samples, strict=True)]
@@ -148,15 +130,8 @@ def describe(
         unit,
         up,
         next((scan.crs for scan in scans if scan.crs), None),
-        cost or estimate(found.headers),
+        cost,
     )
-
-
-def estimate(headers: Sequence[ScanHeader]) -> Cost:
-    """What ``convert`` may take, from the headers alone, within a factor of two."""
-    nanoseconds = sum(header.points * NANOSECONDS[detect(header.path)[0]] for header in headers)
-    points = sum(header.points for header in headers)
-    return Cost(BASE_SECONDS + nanoseconds * 1e-9, BASE_MEMORY, POINT_DISK * points + SCAN_DISK * len(headers))
 
 
 def _scan(header: ScanHeader, sample: Chunk, metres: float | None) -> ScanReport:
@@ -246,15 +221,17 @@ def _summary(report: InputReport) -> list[str]:
     known = f"{report.positions} of {len(report.scans)} say where the scanner stood"
     if stations:
         known += f", {stations} stations are told apart by id"
-    cost = report.cost
     lines = [
         f"{_several(len(report.scans), 'scan')} in {_several(report.files, 'file')}, {report.points:,} points. "
         f"{known}.",
         f"Unit: {report.unit or 'not yet found'}. Up: {report.up or 'not yet found'}. "
         f"CRS: {report.crs or 'not stated'}.",
-        f"A conversion takes about {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB of memory and "
-        f"{_gigabytes(cost.disk)} of disk.",
     ]
+    if cost := report.cost:
+        lines.append(
+            f"A conversion takes about {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB of memory and "
+            f"{_gigabytes(cost.disk)} of disk."
+        )
     if report.lower and report.upper:
         lines.insert(1, f"Bounds: {_numbers(report.lower)} to {_numbers(report.upper)} in the files' unit.")
     return lines
