@@ -36,11 +36,27 @@ class Dimension(Record):
     sigma: float | None = None
 
 
+class FaceView(Record):
+    """What the scans saw of one face of an element: shares of its area, openings left out, that add up to 1.
+
+    side: of a wall, looking along its axis; or of a plate. seen: with points on it; occluded: something stood before
+    it; unseen: no scan looked there. points on it, rms metres of those to the fitted plane.
+    """
+
+    side: Literal["left", "right", "top", "under"]
+    seen: Share
+    occluded: Share
+    unseen: Share
+    points: int = 0
+    rms: float | None = None
+
+
 class Evidence(Record):
     """What supports an element.
 
     points: scan points on it. rms: root mean square distance of those to the fitted surface, metres. coverage: share
-    of the visible face with points. faces_seen: how many of its faces (2 for a wall) have points. scans: ids of the
+    of the visible face with points. faces_seen: how many of its faces (2 for a wall) have points. faces: what was
+    seen of each. position_sigma: one standard deviation, metres, of its place across its faces. scans: ids of the
     ``ScanSource`` that see it. sentence: the evidence in words.
     """
 
@@ -48,6 +64,8 @@ class Evidence(Record):
     rms: float | None = None
     coverage: Share | None = None
     faces_seen: int | None = None
+    faces: tuple[FaceView, ...] = ()
+    position_sigma: float | None = None
     scans: tuple[str, ...] = ()
     sentence: str = ""
 
@@ -68,6 +86,9 @@ class Door(Element):
     angle: of the leaf from closed, radians. hinge_side: seen from the side on the left of the wall's axis direction
     (start to end), at which end of the opening (start = nearer to the wall's start) the leaf hangs. swing_side: the
     side of the wall axis, looking from start to end, that the leaf swings to. operation: IfcDoorTypeOperationEnum.
+    leaves: how many; glazed: whether rays went through them. recess: from the wall's nearer face in to the closed
+    leaf, on the side ``recess_side``. handle_height over the opening's lower edge. threshold: height of a sill that one
+    steps over. lining_depth: of the frame across the wall; lining_thickness: of the frame in the wall's plane.
     """
 
     kind: Literal["door"] = "door"
@@ -76,27 +97,45 @@ class Door(Element):
     hinge_side: Literal["start", "end", "unknown"] = "unknown"
     swing_side: Literal["left", "right", "unknown"] = "unknown"
     operation: str = "NOTDEFINED"
+    leaves: int | None = None
+    glazed: bool | None = None
     leaf_thickness: Dimension | None = None
+    recess: Dimension | None = None
+    recess_side: Literal["left", "right", "unknown"] = "unknown"
+    handle_height: Dimension | None = None
+    threshold: Dimension | None = None
+    lining_depth: Dimension | None = None
+    lining_thickness: Dimension | None = None
 
 
 class Window(Element):
-    """The fill of an opening with a sill. partitioning: IfcWindowTypePartitioningEnum."""
+    """The fill of an opening with a sill. partitioning: IfcWindowTypePartitioningEnum.
+
+    frame_thickness: of the frame in the wall's plane. recess: from the wall's nearer face in to the pane, on the side
+    ``recess_side``.
+    """
 
     kind: Literal["window"] = "window"
     partitioning: str = "NOTDEFINED"
+    frame_thickness: Dimension | None = None
+    recess: Dimension | None = None
+    recess_side: Literal["left", "right", "unknown"] = "unknown"
 
 
 class Opening(Element):
     """A rectangular void through its host wall, perpendicular to it.
 
     offset: from the wall axis's start to the opening's nearer jamb, along the axis. sill: from the wall's base up to
-    the lower edge. A passage or hole has no fill.
+    the lower edge. A passage or hole has no fill. depth: of a niche, from the face on its ``side`` inwards; None of an
+    opening that goes through.
     """
 
     offset: Dimension
     sill: Dimension
     width: Dimension
     height: Dimension
+    depth: Dimension | None = None
+    side: Literal["left", "right"] | None = None
     fill: Annotated[Door | Window, Field(discriminator="kind")] | None = None
 
 
@@ -110,10 +149,15 @@ class Join(Record):
 
 
 class Wall(Element):
-    """A straight wall: centre line ``start`` to ``end`` in plan, vertical, from ``base`` (z) up by ``height``.
+    """A wall: centre line ``start`` to ``end`` in plan, vertical, from ``base`` (z) up by ``height``.
 
-    The faces lie half the thickness to either side of the axis. external: True where one side is outside the building.
-    left_space, right_space: ids of spaces on the sides of the axis, looking from start to end.
+    The faces lie half the thickness to either side of the axis. bulge: 0 of a straight wall; of a curved one the
+    tangent of a quarter of its arc's angle, positive where the arc turns left (lies to the right of the chord from
+    start to end). lean: angle (radians) from vertical of a slanted wall, positive to the left; the axis is that at the
+    base. profile: the upper edge where it is not level, as points (distance along the axis from its start, height over
+    ``base``), first at 0, last at the length; ``height`` is then the greatest. use: IFC's kind of wall, PARAPET where
+    it ends below the ceiling. external: True where one side is outside the building. left_spaces, right_spaces: ids
+    of spaces on the sides of the axis, looking from start to end.
     """
 
     start: Point2
@@ -121,6 +165,10 @@ class Wall(Element):
     thickness: Dimension
     base: float
     height: Dimension
+    bulge: float = 0.0
+    lean: float = 0.0
+    profile: tuple[Point2, ...] = ()
+    use: Literal["STANDARD", "PARTITIONING", "PARAPET", "SHAFT"] = "STANDARD"
     external: bool | None = None
     left_spaces: tuple[str, ...] = ()
     right_spaces: tuple[str, ...] = ()
@@ -147,8 +195,19 @@ class Covering(Area):
     """A ceiling covering: ``top - thickness`` is the ceiling that one sees."""
 
 
+class OpenSide(Record):
+    """A stretch of a space's outline without a wall: ``start`` to ``end`` in plan, to the space with the id ``to``."""
+
+    start: Point2
+    end: Point2
+    to: str
+
+
 class Space(Element):
-    """A room: outline and holes of its clear area, from ``base`` (z) up by ``height``. Area and volume are net."""
+    """A room: outline and holes of its clear area, from ``base`` (z) up by ``height``. Area and volume are net.
+
+    open_sides: where it goes over into another space without a wall.
+    """
 
     outline: Ring
     holes: tuple[Ring, ...] = ()
@@ -156,6 +215,7 @@ class Space(Element):
     height: Dimension
     area: float
     volume: float
+    open_sides: tuple[OpenSide, ...] = ()
 
 
 class Column(Element):
@@ -167,14 +227,45 @@ class Column(Element):
     section: Literal["rectangular", "round"] = "rectangular"
 
 
-class Stair(Element):
-    """A stair as a whole: outline in plan, from ``base`` (z) up by ``height``."""
+class Beam(Element):
+    """A downstand beam: its outline in plan, underside at ``base`` (z), up by ``height`` to the slab."""
 
     outline: Ring
     base: float
     height: Dimension
+
+
+class Flight(Record):
+    """A straight run of steps: centre line in plan from the foot of the first riser to the last, upwards.
+
+    base (z) of the floor at its foot, height of its rise, width across, risers counted or None.
+    """
+
+    start: Point2
+    end: Point2
+    base: float
+    height: float
+    width: Dimension
+    risers: int | None = None
+
+
+class Stair(Element):
+    """A stair as a whole: outline in plan, from ``base`` (z) up by ``height``. ``flights`` from the lowest up."""
+
+    outline: Ring
+    base: float
+    height: Dimension
+    shape: Literal["straight", "winding", "spiral", "unknown"] = "unknown"
     risers: int | None = None
     width: Dimension | None = None
+    flights: tuple[Flight, ...] = ()
+
+
+class RoofPlane(Element):
+    """A sloping plane seen from below: its outline in space, counter-clockwise in plan, and thickness upwards."""
+
+    outline: tuple[Point3, ...]
+    thickness: Dimension
 
 
 class Storey(Record):
@@ -189,6 +280,8 @@ class Storey(Record):
     slabs: tuple[Slab, ...] = ()
     coverings: tuple[Covering, ...] = ()
     columns: tuple[Column, ...] = ()
+    beams: tuple[Beam, ...] = ()
+    roofs: tuple[RoofPlane, ...] = ()
     stairs: tuple[Stair, ...] = ()
 
 

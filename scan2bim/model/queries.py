@@ -46,7 +46,7 @@ def elements_of(storey: Storey) -> Iterator[Element]:
             yield opening
             if opening.fill is not None:
                 yield opening.fill
-    for group in (storey.spaces, storey.slabs, storey.coverings, storey.columns, storey.stairs):
+    for group in (storey.spaces, storey.slabs, storey.coverings, storey.columns, storey.beams, storey.stairs, storey.roofs):
         yield from group
 
 
