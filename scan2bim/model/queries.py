@@ -46,8 +46,8 @@ def elements_of(storey: Storey) -> Iterator[Element]:
             yield opening
             if opening.fill is not None:
                 yield opening.fill
-    for group in (storey.spaces, storey.slabs, storey.coverings, storey.columns, storey.beams, storey.stairs, storey.roofs):
-        yield from group
+    yield from (*storey.spaces, *storey.slabs, *storey.coverings, *storey.columns, *storey.beams)
+    yield from (*storey.stairs, *storey.roofs)
 
 
 def find(building: Building, identifier: str) -> Building | Storey | ScanSource | Element | None:
