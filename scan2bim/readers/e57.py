@@ -1,4 +1,4 @@
-"""E57 (ASTM E2807): points in bounded chunks by libE57's own loop, with the checksum of every page verified.
+"""E57 (ASTM E2807): points in bounded chunks, with the checksum of every page verified.
 
 Structured and unstructured, Cartesian and spherical, several scans a file, any number of points, integer, scaled and
 float fields.
@@ -8,6 +8,7 @@ Fields of extensions are ignored. invalidState 1 (a direction without a range) b
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.scan import F32, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
-from scan2bim.readers.e57_file import check_file
+from scan2bim.readers.e57_file import Section, check_file
 from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
-from scan2bim.readers.e57_layout import Buffers, Layout, Limits, make_buffers, scan_layout
+from scan2bim.readers.e57_layout import Buffers, Layout, Limits, Node, make_buffers, scan_layout
 from scan2bim.readers.e57_pages import check_pages
+from scan2bim.readers.e57_points import PointReader, point_reader
 from scan2bim.readers.points import START_SPREAD, join_chunks, make_chunk, stretch
 
 __all__ = ["read_chunks", "read_headers", "sample_points"]
@@ -28,26 +30,49 @@ def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
     """The points of one scan. Raises DamagedFileError where they end early or a page's checksum is wrong."""
     if header.points == 0:
         return
+    yield from _read(header, chunk_points)
+
+
+def _read(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
     section = check_file(header.path)[header.index]
-    check_pages(header.path, section.offset, section.length)
-    yield from _read(header, chunk_points, checked=True)
-
-
-def _read(header: ScanHeader, chunk_points: int, *, checked: bool) -> Iterator[Chunk]:
-    with open_image(header.path, checked=checked) as image:
+    with open_image(header.path) as image:
         scan = image.root()["data3D"][header.index]
         layout = scan_layout(header.path, header.index, scan)
         buffers = make_buffers(image, layout, min(chunk_points, header.points))
-        reader = scan["points"].reader(buffers.targets)
-        try:
+        reader = point_reader(header.path, section, scan, layout, buffers)
+        with reader or LibraryReader(header.path, section, scan, buffers) as reader:
             yield from _chunks(header, reader, layout, buffers)
-        finally:
-            reader.close()
 
 
-def _chunks(header: ScanHeader, reader: Any, layout: Layout, buffers: Buffers) -> Iterator[Chunk]:
+class LibraryReader:
+    """Fills a scan's buffers as ``PointReader`` does, by libE57: for records that are packed unusually."""
+
+    def __init__(self, path: Path, section: Section, scan: Node, buffers: Buffers) -> None:
+        self._path = path
+        self._section = section
+        self._left = section.records
+        self._reader = scan["points"].reader(buffers.targets)
+
+    def __enter__(self) -> LibraryReader:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._reader.close()
+
+    def read(self) -> int:
+        """The number of records read, 0 where there are no more. Raises DamagedFileError."""
+        count = int(self._reader.read())
+        self._left -= count
+        if self._left == 0:
+            check_pages(self._path, self._section.offset, self._section.length)
+        return count
+
+
+def _chunks(
+    header: ScanHeader, reader: PointReader | LibraryReader, layout: Layout, buffers: Buffers
+) -> Iterator[Chunk]:
     done = 0
-    while done < header.points and (count := int(reader.read())):
+    while done < header.points and (count := reader.read()):
         done += count
         yield _chunk(header, layout, buffers, count)
     if done != header.points:
@@ -62,7 +87,7 @@ def sample_points(header: ScanHeader, count: int) -> Chunk:
     """``count`` points thinned from the start of the scan."""
     wanted = min(header.points, START_SPREAD * count)
     chunks: list[Chunk] = []
-    for chunk in _read(header, max(wanted, 1), checked=False) if wanted else ():
+    for chunk in _read(header, max(wanted, 1)) if wanted else ():
         chunks.append(chunk)
         if sum(len(part.xyz) + part.dropped for part in chunks) >= wanted:
             break

@@ -33,10 +33,9 @@ _LARGEST = 1e9
 
 
 @contextmanager
-def open_image(path: Path, *, checked: bool = False) -> Generator[Any]:
-    """The libE57 image file, which verifies the checksums of the pages it reads unless they are ``checked``."""
-    policy = libe57.CHECKSUM_POLICY_NONE if checked else libe57.CHECKSUM_POLICY_ALL
-    image = libe57.ImageFile(str(path), "r", policy)
+def open_image(path: Path) -> Generator[Any]:
+    """The libE57 image file, which verifies the checksums of the pages it reads."""
+    image = libe57.ImageFile(str(path), "r", libe57.CHECKSUM_POLICY_ALL)
     try:
         yield image
     finally:

@@ -1,6 +1,6 @@
-"""Checksums of an E57 file's pages (ASTM E2807, 7.2): CRC-32C of 1020 bytes, in the last 4 of 1024, high byte first.
+"""Pages of an E57 file (ASTM E2807, 7.2): 1020 bytes, and their CRC-32C in the last 4 of 1024, high byte first.
 
-libE57 checks them too, at half of the cost of decoding. Here eight bytes are looked up at a time.
+Eight bytes are looked up at a time.
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ def _tables() -> NDArray[np.uint32]:
     return tables
 
 
+CRC_TABLES = _tables()
+
+
 def check_pages(path: Path, offset: int, length: int) -> None:
     """Check the pages that hold ``length`` bytes of payload from the physical ``offset`` on.
 
@@ -41,29 +44,33 @@ def check_pages(path: Path, offset: int, length: int) -> None:
     """
     first, skip = divmod(offset, PAGE)
     pages = (skip + length + PAYLOAD - 1) // PAYLOAD
-    tables = _tables()
-    buffer = np.empty(BLOCK * PAGE, np.uint8)
+    buffer, payload = np.empty((BLOCK, PAGE), np.uint8), np.empty(BLOCK * PAYLOAD, np.uint8)
     with path.open("rb", buffering=0) as file:
         file.seek(first * PAGE)
         done = 0
         while done < pages:
-            got = file.readinto(buffer[: min(BLOCK, pages - done) * PAGE].data) or 0
-            if got < PAGE:
+            got = (file.readinto(buffer[: min(BLOCK, pages - done)].data) or 0) // PAGE
+            if got == 0:
                 return
-            wrong = int(_first_wrong(buffer[: got // PAGE * PAGE].view(np.uint32).reshape(-1, PAGE // 4), tables))
+            wrong = int(unpage(buffer[:got], CRC_TABLES, payload))
             if wrong >= 0:
-                place = (first + done + wrong) * PAGE
-                raise DamagedFileError(
-                    path,
-                    f"damaged E57 file: the checksum of its page at byte {place:,} is wrong.",
-                    "Copy or export it again.",
-                )
-            done += got // PAGE
+                raise wrong_page(path, first + done + wrong)
+            done += got
+
+
+def wrong_page(path: Path, page: int) -> DamagedFileError:
+    """The error for a page, by its number in the file, whose checksum is wrong."""
+    problem = f"damaged E57 file: the checksum of its page at byte {page * PAGE:,} is wrong."
+    return DamagedFileError(path, problem, "Copy or export it again.")
 
 
 @nb.njit(cache=True, nogil=True)
-def _first_wrong(pages, tables):  # pyright: ignore
-    """Number of the first page, each 256 little-endian words (n, 256), whose checksum is wrong, -1 if none is."""
+def unpage(raw, tables, payload):  # pyright: ignore
+    """Copy what pages (n, 1024) uint8 hold to ``payload``, up to the first whose checksum is wrong.
+
+    Gives the number of that page, -1 if none is.
+    """
+    pages = raw.view(np.uint32)
     byte = np.uint32(255)
     for p in range(pages.shape[0]):
         crc = np.uint32(0xFFFFFFFF)
@@ -96,4 +103,5 @@ def _first_wrong(pages, tables):  # pyright: ignore
         )
         if crc != swapped:
             return p
+        payload[p * PAYLOAD : (p + 1) * PAYLOAD] = raw[p, :PAYLOAD]
     return -1

@@ -1,0 +1,155 @@
+"""Point records of an E57 scan (ASTM E2807, 9.7) unpacked from their byte streams into arrays by our own code.
+
+Fields are floats, whole numbers packed into as many bits as their range takes, or such numbers with scale and offset.
+What else the standard allows and hardly any writer makes (text, nested fields, numbers of more than 53 bits)
+is left to libE57, which takes five times as long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.errors import DamagedFileError
+from scan2bim.readers.e57_file import Section
+from scan2bim.readers.e57_layout import COLOURS, Buffers, Layout, Node, libe57, prototype
+from scan2bim.readers.e57_streams import ByteStreams
+
+EXACT = 53
+"""Bits of the whole numbers that float64 holds exactly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Packing:
+    """How the values of a field lie in its stream: floats of 32 or 64 ``bits``, else whole numbers less ``low``, and
+    the value is ``scale`` times the number plus ``offset``.
+    """
+
+    bits: int
+    real: bool
+    low: int = 0
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def fits_byte(self) -> bool:
+        """Whether every value that the bits can hold is a whole number of 0 to 255."""
+        whole = not self.real and self.scale == 1.0 and self.offset == 0.0
+        return whole and self.low >= 0 and self.low + (1 << self.bits) <= 256
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A field that is wanted: its packing, and the column of floats or bytes that its values go to."""
+
+    packing: Packing
+    values: NDArray[Any]
+
+
+def packings(scan: Node) -> dict[str, Packing] | None:
+    """How the fields of a scan's records are packed, by name and in the order of the streams, None if unusual."""
+    records = prototype(scan)
+    nodes = [records[index] for index in range(records.childCount())]
+    found = {node.elementName(): packing for node in nodes if (packing := _packing(node)) is not None}
+    return found if len(found) == len(nodes) else None
+
+
+def _packing(node: Node) -> Packing | None:
+    if isinstance(node, libe57.FloatNode):
+        return Packing(32 if node.precision() == libe57.E57_SINGLE else 64, True)
+    if not isinstance(node, libe57.IntegerNode | libe57.ScaledIntegerNode):
+        return None
+    low, high = node.minimum(), node.maximum()
+    if not (-(1 << EXACT) < low <= high < 1 << EXACT):
+        return None
+    bits = (high - low).bit_length()
+    if isinstance(node, libe57.IntegerNode):
+        return Packing(bits, False, low)
+    return Packing(bits, False, low, node.scale(), node.offset())
+
+
+class PointReader:
+    """Fills a scan's buffers with its next points, as libE57's reader does; a context manager."""
+
+    def __init__(
+        self, path: Path, section: Section, fields: dict[str, Packing], wanted: dict[str, NDArray[Any]]
+    ) -> None:
+        self._path = path
+        self._left = section.records
+        self._targets = [Target(fields[name], values) for name, values in wanted.items()]
+        rows = {name: row for row, name in enumerate(wanted)}
+        slots = np.array([rows.get(name, -1) for name in fields], np.int64)
+        self._streams = ByteStreams(path, section, slots, np.array([t.packing.bits for t in self._targets], np.int64))
+        self._capacity = min((len(target.values) for target in self._targets), default=0)
+
+    def __enter__(self) -> PointReader:
+        self._streams.__enter__()
+        return self
+
+    def __exit__(self, *exc: Any) -> None:
+        self._streams.__exit__(*exc)
+
+    def read(self) -> int:
+        """Fill the buffers from their beginning; gives the number of records, 0 where there are no more.
+
+        Raises DamagedFileError, at the latest behind the last record.
+        """
+        count = self._streams.require(min(self._capacity, self._left))
+        for row, target in enumerate(self._targets):
+            self._unpack(target, self._streams.bytes[row], int(self._streams.skip[row]), target.values[:count])
+        self._streams.drop(count)
+        self._left -= count
+        if self._left == 0:
+            self._streams.check_rest()
+        return count
+
+    def _unpack(self, target: Target, stream: NDArray[np.uint8], skip: int, values: NDArray[Any]) -> None:
+        packing = target.packing
+        if packing.real:
+            raw = stream[: len(values) * packing.bits // 8].view("<f4" if packing.bits == 32 else "<f8")
+            with np.errstate(over="ignore", invalid="ignore"):
+                values[:] = raw
+            if values.itemsize < raw.itemsize and (np.isinf(values) | np.isinf(raw)).any():
+                problem = "damaged E57 file: a field holds numbers too large for its use."
+                raise DamagedFileError(self._path, problem, "Export it again.")
+        elif packing.bits == 8 and packing.fits_byte:
+            np.add(stream[: len(values)], packing.low, out=values, casting="unsafe")
+        else:
+            _unpack_whole(
+                stream.view(np.uint64), skip, packing.bits, packing.low, packing.scale, packing.offset, values
+            )
+
+
+def point_reader(path: Path, section: Section, scan: Node, layout: Layout, buffers: Buffers) -> PointReader | None:
+    """A reader of a scan's points into buffers, None where its records are packed unusually."""
+    fields = packings(scan)
+    if fields is None:
+        return None
+    wanted = {name: buffers.xyz[:, column] for column, name in enumerate(layout.axes)}
+    if buffers.rgb is not None:
+        wanted |= {name: buffers.rgb[:, column] for column, name in enumerate(COLOURS)}
+    if buffers.intensity is not None:
+        wanted["intensity"] = buffers.intensity
+    if layout.invalid and buffers.state is not None:
+        wanted[layout.invalid] = buffers.state
+    if any(values.dtype == np.uint8 and not fields[name].fits_byte for name, values in wanted.items()):
+        return None
+    return PointReader(path, section, fields, wanted)
+
+
+@nb.njit(cache=True, nogil=True)
+def _unpack_whole(words, skip, bits, low, scale, offset, values):  # pyright: ignore
+    """Numbers of ``bits`` bits, lowest bit first, from bit ``skip`` of ``words`` uint64 on, as ``values`` (n,)."""
+    mask = (np.uint64(1) << np.uint64(bits)) - np.uint64(1)
+    one, most = np.uint64(1), np.uint64(63)
+    for i in range(values.shape[0]):
+        place = skip + i * bits
+        word = place >> 6
+        shift = np.uint64(place & 63)
+        number = (words[word] >> shift | (words[word + 1] << one) << (most - shift)) & mask
+        values[i] = (low + np.int64(number)) * scale + offset
