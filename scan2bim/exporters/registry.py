@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scan2bim.errors import ResourceError, Scan2BimError, StageError, UsageError
+from scan2bim.exporters.parts import replace_parts
 
 if TYPE_CHECKING:
     from scan2bim.model.elements import Building
@@ -34,7 +35,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """A file that was written: its path, its size in bytes, and what the exporter left out, in words."""
+    """A file that was written: its path, its size in bytes with its parts, and what was left out, in words."""
 
     path: Path
     size: int
@@ -201,14 +202,19 @@ def _os_problem(error: OSError, what: str) -> Scan2BimError:
 
 
 def _write_whole(building: Building, job: _Job) -> Written:
-    """Write one file beside its place, flush it and move it there."""
+    """Write one file, and the folders of its parts where it has some, beside its place, flush them, move them there."""
     try:
         job.path.parent.mkdir(parents=True, exist_ok=True)
         with _hidden_folder(job.path) as folder:
             draft = folder / job.path.name
             notes = _export_draft(building, job, draft)
-            _flush(draft)
-            size = draft.stat().st_size
+            files = [file for file in folder.rglob("*") if file.is_file()]
+            for file in files:
+                _flush(file)
+            size = sum(file.stat().st_size for file in files)
+            for part in sorted(folder.iterdir()):  # the named file last: it is there only with all that it needs
+                if part != draft:
+                    replace_parts(part, job.path.parent / part.name)
             draft.replace(job.path)
             _flush(job.path.parent)
     except OSError as error:

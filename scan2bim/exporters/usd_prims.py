@@ -10,7 +10,9 @@ import re
 from typing import Final
 
 import numpy as np
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, Vt
+
+from scan2bim import __version__
 
 from scan2bim.geometry.meshes import Mesh, face_normals
 from scan2bim.model.colours import to_linear, to_srgb
@@ -18,13 +20,36 @@ from scan2bim.model.elements import Building, Colour, Dimension, Element, Eviden
 from scan2bim.model.ids import ifc_guid
 
 ROOT: Final = Sdf.Path("/Building")
-LOOKS: Final = ROOT.AppendChild("Looks")
 GLASS_OPACITY: Final = 0.35
 """Of panes: so that one sees the window and through it."""
 _ID_LENGTH: Final = 8  # characters of an id in a prim's name; the whole id where that is taken
 _SKIPPED: Final = ("name", "colour", "kind")
 
+WIKIDATA: Final = {
+    "IfcBuilding": "Q41176",
+    "IfcBuildingStorey": "Q1049476",
+    "IfcWall": "Q42948",
+    "IfcSlab": "Q1070114",
+    "IfcCovering": "Q216635",
+    "IfcSpace": "Q180516",
+    "IfcDoor": "Q36794",
+    "IfcWindow": "Q35473",
+}
+"""Names of classes that programs know across languages."""
+
 Identified = Building | Storey | Element | ScanSource
+
+
+def new_stage(path: str, root: Sdf.Path, kind: str) -> Usd.Stage:
+    """A stage in a new file: z up, metres, kilograms, with this default prim."""
+    stage = Usd.Stage.CreateNew(path)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    stage.GetRootLayer().customLayerData = {"creator": f"scan2bim {__version__}"}
+    stage.SetDefaultPrim(define_xform(stage, root, kind=kind))
+    UsdGeom.Scope.Define(stage, root.AppendChild("Looks"))
+    return stage
 
 
 def define_xform(
@@ -83,8 +108,17 @@ def describe(prim: Usd.Prim, thing: Identified, ifc_class: str) -> None:
     """Display name, IFC identity, and all plain fields of the thing as attributes ``s2b:*``."""
     prim.SetDisplayName(thing.name)
     _attribute(prim, "ifc:GlobalId", Sdf.ValueTypeNames.String, ifc_guid(thing.id))
-    _attribute(prim, "ifc:class", Sdf.ValueTypeNames.Token, ifc_class)
+    label(prim, ifc_class)
     write_fields(prim, thing, "s2b")
+
+
+def label(prim: Usd.Prim, ifc_class: str) -> None:
+    """The IFC class as an attribute, and as semantic labels that cameras in simulators see."""
+    _attribute(prim, "ifc:class", Sdf.ValueTypeNames.Token, ifc_class)
+    labels: dict[str, str | None] = {"class": ifc_class.removeprefix("Ifc").lower(), "ifc": ifc_class, "wikidata_qcode": WIKIDATA.get(ifc_class)}
+    for taxonomy, word in labels.items():
+        if word is not None:
+            UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr(Vt.TokenArray([word]))
 
 
 def write_fields(prim: Usd.Prim, record: Record, prefix: str) -> None:
@@ -124,7 +158,8 @@ def _attribute(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object
     prim.CreateAttribute(name, kind, custom=True, variability=Sdf.VariabilityUniform).Set(value)
 
 
-def _define_shape(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh, colour: Colour) -> Usd.Prim:
+def shape_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
+    """A polygon mesh with flat normals and extent, without colour."""
     points, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.int32)
     shape = UsdGeom.Mesh.Define(stage, path)
     shape.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -138,18 +173,25 @@ def _define_shape(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh, colour: Colour) 
     shape.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
     low, high = points.min(axis=0), points.max(axis=0)
     shape.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(np.stack([low, high])))
-    shape.CreateDisplayColorAttr([Gf.Vec3f(*colour)])
     return shape.GetPrim()
 
 
+def _define_shape(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh, colour: Colour) -> Usd.Prim:
+    prim = shape_mesh(stage, path, mesh)
+    UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(*colour)])
+    return prim
+
+
 def _material(stage: Usd.Stage, colour: Colour, opacity: float) -> UsdShade.Material:
-    """The stage's material of this colour (to a step of 8-bit sRGB) and opacity, named after them."""
+    """The material of this colour (to a step of 8-bit sRGB) and opacity below the default prim, named after them."""
     srgb = to_srgb(colour)
     name = "Colour_{:02X}{:02X}{:02X}".format(*srgb) + ("" if opacity == 1.0 else f"_{round(opacity * 100)}")
-    path = LOOKS.AppendChild(name)
+    path = stage.GetDefaultPrim().GetPath().AppendChild("Looks").AppendChild(name)
     if stage.GetPrimAtPath(path):
         return UsdShade.Material.Get(stage, path)
     material = UsdShade.Material.Define(stage, path)
+    made_of = "glass" if opacity < 1.0 else "unknown"
+    UsdSemantics.LabelsAPI.Apply(material.GetPrim(), "material").CreateLabelsAttr(Vt.TokenArray([made_of]))
     shader = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
     shader.CreateIdAttr("UsdPreviewSurface")
     shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*to_linear(srgb)))

@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from scan2bim.geometry.arcs import Arc
 from scan2bim.model.elements import (
     Building,
     Door,
@@ -83,22 +86,41 @@ def windows_of(building: Building) -> Iterator[tuple[Hosted, Window]]:
             yield hosted, hosted.opening.fill
 
 
+def wall_arc(wall: Wall) -> Arc:
+    """The wall's axis as an arc in the frame whose x axis is its chord from start to end."""
+    return Arc(math.dist(wall.start, wall.end), wall.bulge)
+
+
 def wall_length(wall: Wall) -> float:
-    """Length of the wall's axis, metres."""
-    return math.dist(wall.start, wall.end)
+    """Length of the wall's axis, along the arc where it is curved; metres."""
+    return wall_arc(wall).length
 
 
-def wall_direction(wall: Wall) -> Point2:
-    """Unit vector in plan from the axis's start to its end; (1, 0) for an axis without length."""
-    length = wall_length(wall)
-    if length == 0.0:
+def wall_direction(wall: Wall, along: float | None = None) -> Point2:
+    """Unit vector in plan from the axis's start to its end; (1, 0) for an axis without length.
+
+    along: of a curved wall, the direction of its axis this many metres from its start.
+    """
+    chord = math.dist(wall.start, wall.end)
+    if chord == 0.0:
         return (1.0, 0.0)
-    return ((wall.end[0] - wall.start[0]) / length, (wall.end[1] - wall.start[1]) / length)
+    dx, dy = (wall.end[0] - wall.start[0]) / chord, (wall.end[1] - wall.start[1]) / chord
+    if along is None or wall.bulge == 0.0:
+        return (dx, dy)
+    turn = wall_arc(wall).direction(along)
+    c, s = math.cos(turn), math.sin(turn)
+    return (c * dx - s * dy, s * dx + c * dy)
 
 
 def point_on_wall(wall: Wall, along: float, left: float, up: float) -> Point3:
-    """The point ``along`` metres from the axis's start, ``left`` metres to its left, ``up`` metres over the base."""
+    """The point ``along`` metres from the axis's start, ``left`` metres to its left, ``up`` metres over the base.
+
+    Along the arc where the wall is curved; where it leans, the point leans with it.
+    """
     dx, dy = wall_direction(wall)
+    left += up * math.tan(wall.lean)
+    if wall.bulge:
+        along, left = wall_arc(wall).place(np.array(along), np.array(left)).tolist()
     return (wall.start[0] + along * dx - left * dy, wall.start[1] + along * dy + left * dx, wall.base + up)
 
 

@@ -1,6 +1,7 @@
 """Outlines of walls in plan, cut where they join: mitred where ends meet, butted against a wall that runs through.
 
-An outline is in the wall's own frame: x along the axis from its start, y to the left of it, metres.
+An outline is in the wall's own frame: x along the axis (the arc, where it is curved) from its start, y to the left of
+it, metres.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from scan2bim.model.elements import Point2, Ring, Wall
-from scan2bim.model.queries import wall_direction, wall_length
+from scan2bim.model.queries import wall_arc, wall_direction, wall_length
 
 PARALLEL = math.sin(math.radians(3.0))
 """Walls that meet at less than this angle continue each other: their faces have no usable intersection."""
@@ -90,14 +91,14 @@ def _junctions(by_id: dict[str, Wall]) -> tuple[dict[tuple[str, str], list[Wall]
 
 
 def _leaving(wall: Wall, at: str) -> _End:
-    dx, dy = wall_direction(wall)
+    dx, dy = wall_direction(wall, 0.0 if at == "start" else wall_length(wall))
     return _End((dx, dy) if at == "start" else (-dx, -dy), wall.thickness.value / 2)
 
 
 def _outline(wall: Wall, through: Sequence[list[Wall]], meeting: Sequence[list[_End]]) -> Ring:
     length, half = wall_length(wall), wall.thickness.value / 2
     start, end = (
-        _butt(_leaving(wall, at), through[i][0], length)
+        _butt(_leaving(wall, at), _End(_passing(wall, at, through[i][0]), through[i][0].thickness.value / 2), length)
         if through[i]
         else _mitre(_leaving(wall, at), meeting[i], length)
         for i, at in enumerate(("start", "end"))
@@ -132,15 +133,25 @@ def _corner(end: _End, other: _End, side: float) -> float:
     return side * (other.half + end.half * cosine) / sine
 
 
-def _butt(end: _End, through: Wall, length: float) -> _Cut:
+def _passing(wall: Wall, at: str, through: Wall) -> Point2:
+    """Direction of a wall that runs through, where the end meets it."""
+    if through.bulge == 0.0:
+        return wall_direction(through)
+    x, y = wall.start if at == "start" else wall.end
+    (dx, dy), (x0, y0) = wall_direction(through), through.start
+    along = wall_arc(through).nearest((x - x0) * dx + (y - y0) * dy, (y - y0) * dx - (x - x0) * dy)
+    return wall_direction(through, along)
+
+
+def _butt(end: _End, through: _End, length: float) -> _Cut:
     """The cut of an end at the near face of a wall that runs through."""
-    (ux, uy), (vx, vy) = end.direction, wall_direction(through)
+    (ux, uy), (vx, vy) = end.direction, through.direction
     away = vx * uy - vy * ux  # the end's direction along the left normal of the wall that runs through
     if abs(away) < PARALLEL:
         return _Cut(0.0, 0.0)
-    near = through.thickness.value / 2 / abs(away)
+    near = through.half / abs(away)
     slant = end.half * (ux * vx + uy * vy) / away
-    limit = LONGEST_MITRE * max(end.half, through.thickness.value / 2)
+    limit = LONGEST_MITRE * max(end.half, through.half)
     return _Cut(_clamp(near - slant, limit, length), _clamp(near + slant, limit, length))
 
 

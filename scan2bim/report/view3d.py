@@ -110,7 +110,7 @@ def _fill_bodies(wall: Wall, opening: Opening) -> Iterator[Body]:
         mesh = move_mesh(leaf_body(leaf), leaf.angle, (*leaf.hinge, 0.0))
         yield Body(_stand(wall, mesh, along, up), colour)
     if isinstance(opening.fill, Window):
-        yield Body(_stand(wall, pane_body(opening), along, up), palette.pale(colour, 0.6))
+        yield Body(_stand(wall, pane_body(wall, opening), along, up), palette.pale(colour, 0.6))
 
 
 def _stand(wall: Wall, mesh: Mesh, along: float, up: float) -> Mesh:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scan2bim.geometry.arcs import Arc
 from scan2bim.geometry.meshes import (
-    WallEnds,
     box_mesh,
     face_normals,
     flat_mesh,
@@ -19,10 +19,20 @@ from scan2bim.geometry.meshes import (
     mesh_volume,
     move_mesh,
     prism_mesh,
-    wall_mesh,
 )
+from scan2bim.geometry.wall_meshes import WallEnds, WallForm
+from scan2bim.geometry.wall_meshes import wall_mesh as mesh_of
 
 SQUARE = WallEnds(0.0, 5.0, 0.0, 5.0)
+
+
+def wall_form(ends, thickness, height, rows, niches=(), chord=5.0, bulge=0.0, **more) -> WallForm:
+    cut = np.array(niches, float).reshape(-1, 6)
+    return WallForm(ends, thickness, height, rows, cut, Arc(chord, bulge), **more)
+
+
+def wall_mesh(ends, thickness, height, rows, **more):
+    return mesh_of(wall_form(ends, thickness, height, rows, **more))
 
 
 def openings(*rows: tuple[float, float, float, float]) -> np.ndarray:
