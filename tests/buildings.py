@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 
 from scan2bim.model.elements import (
+    Beam,
     Building,
     Column,
     Covering,
     Dimension,
     Door,
     Evidence,
+    Flight,
     Frame,
     Join,
     Opening,
     Point2,
     Ring,
+    RoofPlane,
     ScanSource,
     Slab,
     Space,
@@ -282,4 +285,55 @@ def building() -> Building:
         ),
         storeys=(ground_floor(), upper_floor()),
         notes=("The roof was not scanned.",),
+    )
+
+
+def special_storey() -> Storey:
+    """A storey of what is seldom: walls curved, gabled, leaning, with a niche; a beam, a roof plane, a flight."""
+    niche = opening("n", 1.0, 1.0, 0.5, 1.0, None).model_copy(update={"depth": measured(0.1), "side": "left"})
+    straight = {"thickness": measured(0.2), "base": 0.0, "confidence": 0.9, "height": measured(2.5)}
+    arched = door("c", 1.07, 1.0, state="closed", hinge_side="start", swing_side="left")
+    arched = arched.model_copy(update={"height": measured(2.1)})
+    curved = Wall(
+        id="wall-curved", name="Curved", start=turned(2, 0), end=turned(0, 0), bulge=1.0, openings=(arched,), **straight
+    )
+    gable = Wall(
+        id="wall-gable",
+        name="Gable",
+        start=turned(0, 5),
+        end=turned(4, 5),
+        profile=((0.0, 2.0), (2.0, 4.0), (4.0, 2.0)),
+        **straight | {"height": measured(4.0)},
+    )
+    leaning = Wall(id="wall-leaning", name="Leaning", start=turned(0, 8), end=turned(4, 8), lean=0.1, **straight)
+    holed = Wall(id="wall-niche", name="Niche", start=turned(0, 11), end=turned(4, 11), openings=(niche,), **straight)
+    flight = Flight(start=turned(6, 0), end=turned(8, 0), base=0.0, height=2.7, width=measured(1.0), risers=16)
+    common = {"confidence": 0.9, "base": 0.0}
+    return Storey(
+        id="storey-s",
+        name="Special",
+        elevation=measured(0.0),
+        walls=(curved, gable, leaning, holed),
+        beams=(
+            Beam(id="beam-1", name="Beam", outline=box(6, 3, 10, 3.2), height=measured(0.3), **common | {"base": 2.2}),
+        ),
+        roofs=(
+            RoofPlane(
+                id="roof-1",
+                name="Roof",
+                confidence=0.9,
+                outline=tuple((*turned(x, y), z) for x, y, z in ((6, 5, 2), (10, 5, 2), (10, 8, 4), (6, 8, 4))),
+                thickness=measured(0.2),
+            ),
+        ),
+        stairs=(
+            Stair(
+                id="stair-1",
+                name="Stair",
+                outline=box(6, -0.5, 8, 0.5),
+                height=measured(2.7),
+                flights=(flight,),
+                **common,
+            ),
+        ),
     )

@@ -116,7 +116,7 @@ def _key(wall: Wall, opening: Opening, leaves: tuple[Hung, ...]) -> str:
 def _describe_asset(stage: Usd.Stage, kind: str) -> None:
     """What libraries of assets for simulators (SimReady) ask of one, in the layer's data. No date: reruns are equal."""
     root = stage.GetDefaultPrim()
-    bodies = [prim for prim in stage.Traverse() if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+    bodies = [prim for prim in stage.Traverse() if prim.HasAPI("PhysicsRigidBodyAPI")]
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_])
     size = cache.ComputeWorldBound(root).ComputeAlignedRange().GetSize()
     weighed = [UsdPhysics.MassAPI(prim).GetMassAttr().Get() for prim in bodies]
@@ -154,9 +154,10 @@ def _fill(stage: Usd.Stage, wall: Wall, opening: Opening, leaves: tuple[Hung, ..
         _add_leaf(stage, name, hung, colour, opacity)
     if any(hung.turns for hung in leaves):
         UsdPhysics.ArticulationRootAPI.Apply(root)
-        frame = root.GetPath().AppendChild("frame")
-        define_xform(stage, frame)
-        fix(stage, root.GetPath().AppendChild("fixed"), root.GetPath(), frame, _FRAME_MASS)
+        frame = define_xform(stage, root.GetPath().AppendChild("frame"))
+        UsdPhysics.RigidBodyAPI.Apply(frame)
+        UsdPhysics.MassAPI.Apply(frame).CreateMassAttr(_FRAME_MASS)
+        fix(stage, root.GetPath().AppendChild("fixed"), root.GetPath(), frame.GetPath())
         _add_states(root, dict(zip(names, leaves, strict=True)))
     return names
 
@@ -176,10 +177,11 @@ def _add_leaf(stage: Usd.Stage, name: str, hung: Hung, colour: Colour, opacity: 
     path = root.AppendChild(name)
     prim = define_xform(stage, path, (*leaf.hinge, 0.0))
     collide(define_mesh(stage, path.AppendChild("panel"), leaf_body(leaf), colour, opacity), "convexHull")
+    give_mass(prim, leaf)
     if not hung.turns:
+        fix(stage, root.AppendChild(name.replace("leaf", "fixed")), root, path)
         return
     UsdGeom.Xformable(prim).AddRotateZOp(UsdGeom.XformOp.PrecisionDouble)
-    give_mass(prim, leaf)
     add_hinge(stage, root.AppendChild(name.replace("leaf", "hinge")), root.AppendChild("frame"), path, leaf, hung.limit)
 
 

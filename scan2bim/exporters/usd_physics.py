@@ -86,7 +86,7 @@ def add_hinge(stage: Usd.Stage, path: Sdf.Path, frame: Sdf.Path, body: Sdf.Path,
     drive.CreateStiffnessAttr(0.0)
 
 
-def fix(stage: Usd.Stage, path: Sdf.Path, root: Sdf.Path, body: Sdf.Path, mass: float) -> None:
+def fix(stage: Usd.Stage, path: Sdf.Path, root: Sdf.Path, body: Sdf.Path) -> None:
     """Hold a body where the asset's root stands, which is no body itself: the asset can be placed anywhere."""
     joint = UsdPhysics.FixedJoint.Define(stage, path)
     joint.CreateBody0Rel().SetTargets([root])
@@ -95,6 +95,3 @@ def fix(stage: Usd.Stage, path: Sdf.Path, root: Sdf.Path, body: Sdf.Path, mass: 
         attribute(Gf.Vec3f(0.0))
     for attribute in (joint.CreateLocalRot0Attr, joint.CreateLocalRot1Attr):
         attribute(Gf.Quatf(1.0))
-    prim = stage.GetPrimAtPath(body)
-    UsdPhysics.RigidBodyAPI.Apply(prim)
-    UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(mass)

@@ -10,7 +10,8 @@ import re
 from typing import Final
 
 import numpy as np
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, Vt
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
+from pxr import UsdSemantics  # pyright: ignore[reportAttributeAccessIssue]
 
 from scan2bim import __version__
 

@@ -43,6 +43,7 @@ from scan2bim.model.shapes import (
     area_body,
     door_leaves,
     flight_bodies,
+    lining_body,
     opening_angle,
     roof_body,
     upright_body,
@@ -135,20 +136,24 @@ class StoreyLayer:
         self._refer(prim, wall, opening)
 
     def _refer(self, prim: Usd.Prim, wall: Wall, opening: Opening) -> None:
-        """Let the prim be one of its type's, its leaves as they were found."""
+        """Let the prim be one of its type's, its leaves as they were found; a door of which no part is known, a void."""
+        leaves = door_leaves(wall, opening)
+        if isinstance(opening.fill, Door) and not leaves:
+            self._leafless.append(opening.fill.name)
+            if not len(lining_body(wall, opening).triangles):
+                void = prim.GetPath().AppendChild("void")
+                define_guide(self._stage, void, void_body(wall, opening), colour_of(opening.fill))
+                return
         asset = self._assets.of(wall, opening, lambda leaf: self._obstacles.swing_limit(wall, opening, leaf))
         prim.GetReferences().AddReference(f"./assets/{asset.path}")
         if isinstance(opening.fill, Window):
             prim.SetInstanceable(self._instances)
         if not isinstance(opening.fill, Door):
             return
-        leaves = door_leaves(wall, opening)
         angles = {name: leaf.angle for name, leaf in zip(asset.leaves, leaves, strict=True) if leaf.turn}
         if angles:
             add_state(prim, "as_scanned", angles)
             prim.GetVariantSets().GetVariantSet(STATE).SetVariantSelection("as_scanned")
-        if not leaves:
-            self._leafless.append(opening.fill.name)
 
     def _add_element(self, element: _Plain) -> None:
         group, ifc_class = _CLASSES[type(element)]

@@ -20,7 +20,7 @@ _BACK: Final = (245, 245, 245)
 
 def write_thumbnail(stage: Usd.Stage, path: Path) -> None:
     """Draw the stage's shown meshes as seen from the front (from -y), nearest last, as a PNG file."""
-    faces = [face for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) for face in _faces(prim)]
+    faces = [face for prim in stage.Traverse() if UsdGeom.Mesh(prim) for face in _faces(prim)]
     image = np.full((_SIZE, _SIZE, 3), _BACK, np.uint8)
     if faces:
         corners = np.concatenate([points for points, _ in faces])

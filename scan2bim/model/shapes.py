@@ -50,8 +50,8 @@ class Leaf:
     """A door leaf in its opening's frame: x from the jamb nearer the wall's start, y left of the axis, z from the sill.
 
     hinge: the turning axis. reach: signed width along x from the hinge when closed. depth: low and high y from the
-    hinge when closed. bottom, height: metres, of its lower edge and from that to the upper. turn: sign of the rotation (counter-clockwise 1) that opens it, 0 where the
-    swing is not known. angle: signed rotation as found, radians.
+    hinge when closed. bottom, height: metres, of its lower edge and from that to the upper. turn: sign of the rotation
+    (counter-clockwise 1) that opens it, 0 where the swing is not known. angle: signed rotation as found, radians.
     """
 
     hinge: Point2

@@ -31,8 +31,7 @@ class Obstacles:
         solid = [shapely.Polygon(ring) for ring in wall_footprints(storey).values()]
         solid += [shapely.Polygon(column.outline) for column in storey.columns if len(column.outline) > 2]
         cut = shapely.difference(shapely.make_valid(np.array(solid, object)), shapely.union_all(voids))
-        self._parts = shapely.buffer(cut, -_TOUCH)
-        self._tree = shapely.STRtree(self._parts)
+        self._tree = shapely.STRtree(shapely.buffer(cut, -_TOUCH))
 
     def swing_limit(self, wall: Wall, opening: Opening, leaf: Leaf) -> float:
         """The angle, radians, that the leaf can turn from closed; at least as far as it was found open.
@@ -42,7 +41,7 @@ class Obstacles:
         limit = OPEN_LIMIT
         for angle in np.arange(0.0, OPEN_LIMIT + _STEP / 2, _STEP).tolist():
             shape = shapely.Polygon(leaf_outline(wall, opening, leaf, leaf.turn * angle))
-            if any(self._parts[k].intersects(shape) for k in self._tree.query(shape).tolist()):
+            if len(self._tree.query(shape, predicate="intersects")):
                 limit = OPEN_LIMIT if angle == 0.0 else angle - _STEP
                 break
         return max(limit, abs(leaf.angle))

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from buildings import building, door, wall
-from pxr import Gf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdUtils, UsdValidation
+from buildings import building, door, special_storey, turned, wall
+from pxr import Gf, Tf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, UsdUtils, UsdValidation
 
 from scan2bim.errors import Scan2BimError
-from scan2bim.exporters.usd import build_stage, export
+from scan2bim.exporters.usd import export
+from scan2bim.exporters.usd_assets import STATE
 from scan2bim.geometry.meshes import Mesh, is_closed, mesh_volume
 from scan2bim.model.elements import Building, Storey, Wall
 from scan2bim.model.ids import ifc_guid
 from scan2bim.model.queries import openings_of
-from scan2bim.model.shapes import wall_angle
+from scan2bim.model.shapes import LEAF_GAP, wall_angle
 
 SUFFIXES = ("usda", "usdc", "usdz")
 
@@ -27,6 +29,16 @@ def path(request, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("usd") / f"house [1] #2.{request.param}"
     export(building(), path)
     return path
+
+
+def build_stage(model: Building) -> tuple[Usd.Stage, tuple[str, ...]]:
+    """The composed stage of a written ``.usdc`` and the exporter's notes; the files stay until the interpreter ends."""
+    folder = Path(tempfile.mkdtemp(dir=_SCRATCH.name))
+    notes = export(model, folder / "house.usdc")
+    return Usd.Stage.Open(str(folder / "house.usdc")), notes
+
+
+_SCRATCH = tempfile.TemporaryDirectory()
 
 
 @pytest.fixture(scope="module")
@@ -72,13 +84,17 @@ def export_copy(path: Path) -> str:
 
 def test_every_form_holds_the_same_prims(path, stage):
     opened = Usd.Stage.Open(export_copy(path))
-    assert [p.GetPath() for p in opened.Traverse()] == [p.GetPath() for p in stage.Traverse()]
+    prims = [{p.GetPath() for p in Usd.PrimRange.Stage(s, Usd.TraverseInstanceProxies())} for s in (opened, stage)]
+    assert prims[0] == prims[1]
 
 
 def test_a_rerun_writes_the_same_bytes(path, tmp_path):
     again = tmp_path / path.name
     export(building(), again)
     assert again.read_bytes() == path.read_bytes()
+    files = [file for file in tmp_path.rglob("*") if file.is_file()]
+    assert len(files) == (1 if path.suffix == ".usdz" else 1 + 2 + 2 * 7)
+    assert all((path.parent / file.relative_to(tmp_path)).read_bytes() == file.read_bytes() for file in files)
 
 
 def test_a_usdz_is_one_aligned_layer_without_the_time_of_day(tmp_path):
@@ -177,13 +193,12 @@ def test_an_open_leaf_hangs_at_its_hinge_and_stands_on_its_side(hinge, swing):
     stage, notes = build_stage(with_walls(host))
     assert not [note for note in notes if "leaf" in note]
     angle = -wall_angle(host)
-    points = world_points(prim_of(stage, "door-x").GetChild("hinge").GetChild("leaf"))
+    points = world_points(prim_of(stage, "door-x").GetChild("leaf").GetChild("panel"))
     x = points[:, 0] * math.cos(angle) - points[:, 1] * math.sin(angle)
     y = points[:, 0] * math.sin(angle) + points[:, 1] * math.cos(angle)
     side = 1 if swing == "left" else -1
-    assert sorted(np.abs([(y * side).min(), (y * side).max()])) == pytest.approx([0.1, 1.0], abs=1e-5)
-    assert (y * side).min() == pytest.approx(0.1, abs=1e-5)
-    jamb = 1.0 if hinge == "start" else 1.9
+    assert ((y * side).min(), (y * side).max()) == pytest.approx((0.1, 1.0 - 2 * LEAF_GAP), abs=1e-5)
+    jamb = 1.0 + LEAF_GAP if hinge == "start" else 1.9 - LEAF_GAP
     assert np.abs(x - jamb).max() == pytest.approx(0.04, abs=1e-5)
     assert np.abs(x - jamb).min() == pytest.approx(0.0, abs=1e-5)
 
@@ -194,7 +209,10 @@ def test_a_joint_turns_the_leaf_about_its_hinge_within_the_angle_found(stage):
     for prim in joints:
         joint = UsdPhysics.RevoluteJoint(prim)
         frame, leaf = (stage.GetPrimAtPath(rel.GetTargets()[0]) for rel in (joint.GetBody0Rel(), joint.GetBody1Rel()))
-        assert leaf.HasAPI(UsdPhysics.RigidBodyAPI) and not frame.HasAPI(UsdPhysics.RigidBodyAPI)
+        assert UsdPhysics.MassAPI(leaf).GetMassAttr().Get() == pytest.approx(24, abs=8)
+        fixed = UsdPhysics.FixedJoint(frame.GetParent().GetChild("fixed"))
+        assert fixed.GetBody1Rel().GetTargets() == [frame.GetPath()]
+        assert not stage.GetPrimAtPath(fixed.GetBody0Rel().GetTargets()[0]).HasAPI(UsdPhysics.RigidBodyAPI)
         pivots = []
         for body, local in ((frame, joint.GetLocalPos0Attr()), (leaf, joint.GetLocalPos1Attr())):
             matrix = UsdGeom.Xformable(body).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
@@ -206,8 +224,9 @@ def test_a_joint_turns_the_leaf_about_its_hinge_within_the_angle_found(stage):
 
 def test_a_double_door_has_two_leaves_that_do_not_meet(stage):
     prim = prim_of(stage, "door-g3")
-    assert [child.GetName() for child in prim.GetChildren()] == ["void", "hinge_1", "joint_1", "hinge_2", "joint_2"]
-    angles = [prim.GetChild(f"hinge_{k}").GetAttribute("xformOp:rotateZ").Get() for k in (1, 2)]
+    names = ["Looks", "void", "leaf_1", "hinge_1", "leaf_2", "hinge_2", "frame", "fixed"]
+    assert [child.GetName() for child in prim.GetChildren()] == names
+    angles = [prim.GetChild(f"leaf_{k}").GetAttribute("xformOp:rotateZ").Get() for k in (1, 2)]
     assert angles == pytest.approx([math.degrees(0.5), -math.degrees(0.5)])
 
 
@@ -220,9 +239,9 @@ def test_what_is_not_known_of_a_door_is_not_drawn_but_said():
 
 def test_spaces_and_voids_are_guides_and_the_rest_is_not(stage):
     for prim in stage.Traverse():
-        if prim.IsA(UsdGeom.Mesh):
+        if prim.IsA(UsdGeom.Gprim):
             guide = UsdGeom.Imageable(prim).ComputePurpose() == "guide"
-            assert guide == any(word in str(prim.GetPath()) for word in ("/Spaces/", "/Stairs/", "/void"))
+            assert guide == any(word in str(prim.GetPath()) for word in ("/Spaces/", "/Stairs/", "/void", "/collision"))
 
 
 def test_every_shown_mesh_has_the_elements_colour(stage):
@@ -259,3 +278,111 @@ def test_a_file_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
     with pytest.raises((Scan2BimError, OSError, Tf.ErrorException)):
         export(building(), tmp_path / "missing" / "x.usdc")
     assert list(tmp_path.iterdir()) == []
+
+
+def angle_in(stage: Usd.Stage, door_prim: Usd.Prim, state: str) -> float:
+    stage.SetEditTarget(stage.GetSessionLayer())
+    door_prim.GetVariantSets().GetVariantSet(STATE).SetVariantSelection(state)
+    return door_prim.GetChild("leaf").GetAttribute("xformOp:rotateZ").Get()
+
+
+def test_a_door_has_a_variant_for_each_state_and_stands_as_scanned():
+    stage, _ = build_stage(building())
+    prim = prim_of(stage, "door-g2")
+    variants = prim.GetVariantSets().GetVariantSet(STATE)
+    assert sorted(variants.GetVariantNames()) == ["ajar", "as_scanned", "closed", "open"]
+    assert variants.GetVariantSelection() == "as_scanned"
+    angles = [angle_in(stage, prim, state) for state in ("closed", "ajar", "open", "as_scanned")]
+    assert angles == pytest.approx([0, -30, -90, -math.degrees(1.4)])
+
+
+def test_all_variants_pass_the_validators_of_usd():
+    stage, _ = build_stage(building())
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    for state in ("closed", "ajar", "open"):
+        for hosted in openings_of(building()):
+            if hosted.opening.fill is not None and hosted.opening.fill.kind == "door":
+                prim = prim_of(stage, hosted.opening.fill.id)
+                stage.SetEditTarget(stage.GetSessionLayer())
+                prim.GetVariantSets().GetVariantSet(STATE).SetVariantSelection(state)
+        assert [error.GetErrorAsString() for error in context.Validate(stage)] == []
+
+
+def test_a_storey_is_a_payload_whose_extent_is_known_unloaded(path):
+    if path.suffix == ".usdz":
+        pytest.skip("one layer")
+    stage = Usd.Stage.Open(export_copy(path), Usd.Stage.LoadNone)
+    storey = stage.GetDefaultPrim().GetChild("Storey_storey_0")
+    assert not storey.GetAllChildren() and storey.HasAuthoredPayloads()
+    low, high, *_ = UsdGeom.ModelAPI(storey).GetExtentsHint()
+    assert (low[2], high[2]) == pytest.approx((-0.2, 2.62))
+
+
+def test_doors_of_one_form_share_one_asset():
+    hung = {"state": "open", "hinge_side": "start", "swing_side": "left"}
+    fills = [door(key, 1.0, angle=angle, **hung) for key, angle in (("x", 1.0), ("y", 0.5))]
+    walls = [wall(o.id, (0, k * 3), (4, k * 3), 0.2, 0.0, openings=(o,)) for k, o in enumerate(fills)]
+    stage, _ = build_stage(with_walls(*walls))
+    assets = {
+        str(item.assetPath)
+        for key in "xy"
+        for spec in prim_of(stage, f"door-{key}").GetPrimStack()
+        for item in spec.referenceList.prependedItems
+    }
+    assert len(assets) == 1
+
+
+def test_a_leaf_stops_at_the_wall_beside_it():
+    fill = door("x", 0.2, state="closed", hinge_side="start", swing_side="left")
+    host = wall("x", (0, 0), (4, 0), 0.2, 0.0, openings=(fill,))
+    beside = wall("y", (0, 0.1), (0, 3), 0.2, 0.0)
+    limits = []
+    for walls in ((host,), (host, beside)):
+        stage, _ = build_stage(with_walls(*walls))
+        limits.append(UsdPhysics.RevoluteJoint(prim_of(stage, "door-x").GetChild("hinge")).GetUpperLimitAttr().Get())
+    assert limits[0] == pytest.approx(110)
+    reach = 0.9 - 2 * LEAF_GAP
+    assert limits[1] == pytest.approx(90 + math.degrees(math.asin((0.1 + LEAF_GAP) / reach)), abs=3)
+
+
+def test_labels_name_the_class_to_cameras(stage):
+    labels = UsdSemantics.LabelsAPI(prim_of(stage, "door-g2"), "class")
+    assert list(labels.GetLabelsAttr().Get()) == ["door"]
+
+
+def test_blocks_fill_a_wall_round_its_openings(stage):
+    for host in building().storeys[0].walls:
+        blocks = prim_of(stage, host.id).GetChild("collision").GetChildren()
+        volume = 0.0
+        for block in blocks:
+            assert block.HasAPI(UsdPhysics.CollisionAPI)
+            volume += math.prod(UsdGeom.Cube(block).GetXformOpOrderAttr() and block.GetAttribute("xformOp:scale").Get())
+        cut = sum(o.width.value * o.height.value for o in host.openings)
+        ends = math.dist(host.start, host.end)
+        assert volume == pytest.approx((ends * 2.6 - cut) * host.thickness.value, rel=1e-4)
+
+
+def test_every_kind_of_element_has_its_shape():
+    stage, notes = build_stage(building().model_copy(update={"storeys": (special_storey(),)}))
+    assert notes == ()
+    volumes = {
+        key: mesh_volume(read_mesh(prim_of(stage, key).GetChild("body")))
+        for key in ("wall-curved", "wall-gable", "wall-leaning", "wall-niche", "beam-1", "roof-1", "stair-1")
+    }
+    assert volumes == pytest.approx(
+        {
+            "wall-curved": (math.pi * 2.5 - 1.0 * 2.1) * 0.2,
+            "wall-gable": (4 * 2.0 + 4 * 2.0 / 2) * 0.2,
+            "wall-leaning": 4 * 2.5 * 0.2,
+            "wall-niche": 4 * 2.5 * 0.2 - 1.0 * 1.0 * 0.1,
+            "beam-1": 4 * 0.2 * 0.3,
+            "roof-1": 4 * 3 * 0.2,
+            "stair-1": (1 + 2 + 13 * 2.5) * 2.7 / 16 * 2.0 / 15,
+        },
+        rel=0.003,
+    )
+    for key in volumes:
+        assert is_closed(read_mesh(prim_of(stage, key).GetChild("body")))
+    points = world_points(prim_of(stage, "wall-curved").GetChild("body"))
+    centre = np.array(turned(1.0, 0.0))
+    assert np.hypot(*(points[:, :2] - centre).T).min() == pytest.approx(0.9, abs=0.005)
