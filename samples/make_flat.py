@@ -13,7 +13,8 @@ from pathlib import Path
 from scan2bim.simulate.e57 import write_e57
 from scan2bim.simulate.scanner import ScannerSpec, cast_all
 from scan2bim.simulate.scenes import rotated_flat
-from scan2bim.simulate.truth import truth_of, write_truth
+from scan2bim.simulate.truth import truth_of
+from scan2bim.truth.io import write_truth
 
 SPEC = ScannerSpec(
     step=math.radians(0.9),  # some 66,000 rays a station: seven stations stay below 6 MB

@@ -17,7 +17,9 @@ from scan2bim.simulate.e57 import write_e57
 from scan2bim.simulate.scanner import ScannerSpec, Sweep, cast_all
 from scan2bim.simulate.scene import Scene
 from scan2bim.simulate.scenes import l_shaped, rotated_flat, two_rooms, two_storeys
-from scan2bim.simulate.truth import Truth, truth_of, write_truth
+from scan2bim.simulate.truth import truth_of
+from scan2bim.truth.io import write_truth
+from scan2bim.truth.values import Truth
 
 __all__ = ["Scanned", "l_shaped", "rotated_flat", "scanned", "two_rooms", "two_storeys", "write_scene"]
 

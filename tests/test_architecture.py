@@ -41,10 +41,12 @@ MAY_IMPORT = {
     "verify": BASE | {"cloud", "model", "geometry"},
     "exporters": {"errors", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
-    "simulate": {"errors", "cloud", "model", "geometry"},
+    "truth": {"errors", "geometry"},
+    "simulate": {"errors", "cloud", "model", "geometry", "truth"},
     "pipeline": BASE
     | {"readers", "structure", "openings", "verify", "exporters", "report", "cloud", "model", "geometry"},
-    "cli": BASE | {"pipeline", "readers", "exporters", "report", "verify", "simulate", "cloud", "model", "geometry"},
+    "cli": BASE
+    | {"pipeline", "readers", "exporters", "report", "verify", "simulate", "truth", "cloud", "model", "geometry"},
 }
 HEAVY = [
     "numpy",

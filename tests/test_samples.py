@@ -11,7 +11,8 @@ import pytest
 
 import scan2bim
 from scan2bim.simulate.scenes import rotated_flat
-from scan2bim.simulate.truth import truth_of, write_truth
+from scan2bim.simulate.truth import truth_of
+from scan2bim.truth.io import write_truth
 
 FLAT = Path(scan2bim.__file__).parent.parent / "samples" / "flat"
 STATIONS = sorted(FLAT.glob("*.e57"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,8 +13,19 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.simulate import parts
-from scan2bim.simulate.parts import Patch
-from scan2bim.simulate.scene import CONCRETE, WHITE, Box, Rgb, Scene, StoreySpec, footprint, room_outlines, turn
+from scan2bim.simulate.parts import FINISHES, Patch
+from scan2bim.simulate.scene import (
+    CONCRETE,
+    WHITE,
+    Box,
+    Placement,
+    Rgb,
+    Scene,
+    StoreySpec,
+    footprint,
+    room_outlines,
+    turn,
+)
 
 F64 = NDArray[np.float64]
 
@@ -25,7 +37,7 @@ class Patches:
     Of the points ``origin + a * u + b * v``: those with a and b in 0-1, in a triangle also a + b <= 1.
 
     origin, u, v (n, 3) float64 in scan coordinates; half (n,) bool; element (n,) int32 into ``names``; rgb (n, 3)
-    uint8.
+    uint8; finish (n,) int8 into ``appearance.FINISHES``; glass (n,) bool.
     """
 
     origin: F64
@@ -35,6 +47,31 @@ class Patches:
     element: NDArray[np.int32]
     rgb: NDArray[np.uint8]
     names: tuple[str, ...]
+    finish: NDArray[np.int8]
+    glass: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self.origin)
+
+    def only(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Patches:
+        """Some of them."""
+        return dataclasses.replace(
+            self,
+            origin=self.origin[which],
+            u=self.u[which],
+            v=self.v[which],
+            half=self.half[which],
+            element=self.element[which],
+            rgb=self.rgb[which],
+            finish=self.finish[which],
+            glass=self.glass[which],
+        )
+
+    def normals(self) -> F64:
+        """Unit normals (n, 3)."""
+        across = np.cross(self.u, self.v)
+        return across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
 
     def triangles(self) -> tuple[F64, NDArray[np.uint32], NDArray[np.int64]]:
         """Vertices (m, 3) float64, triangles (t, 3) uint32, and the patch of each triangle (t,) int64."""
@@ -48,19 +85,26 @@ class Patches:
 
 
 def build_mesh(scene: Scene) -> Patches:
-    """All surfaces of the scene that a ray can meet, in scan coordinates. Glass is left out: rays pass it."""
-    found = [patch for storey in scene.storeys for patch in _storey_patches(scene, storey)]
+    """All surfaces of the scene that a ray can meet, in scan coordinates."""
+    return gather((patch for storey in scene.storeys for patch in _storey_patches(scene, storey)), scene.placement)
+
+
+def gather(patches: Iterable[Patch], placement: Placement) -> Patches:
+    """Single patches in the scene's frame as one value in scan coordinates."""
+    found = list(patches)
     names = tuple(dict.fromkeys(patch.element for patch in found))
     number = {name: i for i, name in enumerate(names)}
-    rotation = scene.placement.rotation()
+    rotation = placement.rotation()
     return Patches(
-        origin=scene.placement.points(np.array([p.origin for p in found])),
-        u=np.array([p.u for p in found]) @ rotation.T,
-        v=np.array([p.v for p in found]) @ rotation.T,
-        half=np.array([p.half for p in found]),
+        origin=placement.points(np.array([p.origin for p in found]).reshape(-1, 3)),
+        u=np.array([p.u for p in found]).reshape(-1, 3) @ rotation.T,
+        v=np.array([p.v for p in found]).reshape(-1, 3) @ rotation.T,
+        half=np.array([p.half for p in found], dtype=np.bool_),
         element=np.array([number[p.element] for p in found], dtype=np.int32),
-        rgb=np.array([p.rgb for p in found], dtype=np.uint8),
+        rgb=np.array([p.rgb for p in found], dtype=np.uint8).reshape(-1, 3),
         names=names,
+        finish=np.array([FINISHES.index(p.finish) for p in found], dtype=np.int8),
+        glass=np.array([p.glass for p in found], dtype=np.bool_),
     )
 
 
@@ -119,4 +163,4 @@ def _box(box: Box, storey: StoreySpec) -> Iterable[Patch]:
         - axes[:, 0] * box.size[0] / 2
         - axes[:, 1] * box.size[1] / 2
     )
-    yield from parts.box_patches(box.name, corner, axes * np.array(box.size), box.colour)
+    yield from parts.box_patches(box.name, corner, axes * np.array(box.size), box.colour, box.finish)

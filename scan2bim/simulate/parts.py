@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,10 +14,20 @@ from scan2bim.simulate.scene import DoorSpec, Rgb, StoreySpec, WallSpec, WindowS
 
 F64 = NDArray[np.float64]
 
+FINISHES = ("plain", "paint", "wood", "print", "cloth", "metal")
+"""How a surface's colour varies over it, and how it reflects: what they mean stands in ``appearance``."""
 CASING_DEPTH = 0.012
 """How far a door's casing stands out of the wall's face, metres: a usual flat trim."""
 FRAME_DEPTH = 0.07
 """Depth of a window frame, metres: a usual 70 mm profile."""
+SKIRTING_DEPTH = 0.014
+"""How far skirting boards stand out, metres."""
+SKIRTING_COLOUR: Rgb = (206, 202, 194)
+STOP = (0.03, 0.025)
+"""How far the stop behind a leaf with gaps reaches into the opening, and its depth, metres: a usual rebate."""
+FLOOR_GAP = 0.006
+"""Under a leaf with gaps, metres."""
+GLASS_COLOUR: Rgb = (150, 165, 165)
 HANDLE_COLOUR: Rgb = (96, 98, 102)
 HANDLE_HEIGHT = 1.05
 """Of a door's handle above the leaf's lower edge, metres (DIN 18101)."""
@@ -32,6 +43,8 @@ class Patch:
     v: F64
     rgb: Rgb
     half: bool = False
+    finish: str = "plain"
+    glass: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +69,16 @@ class WallFrame:
         return self.origin + self.axes @ np.array([x, y, z])
 
     def box(
-        self, element: str, low: tuple[float, float, float], high: tuple[float, float, float], rgb: Rgb
+        self,
+        element: str,
+        low: tuple[float, float, float],
+        high: tuple[float, float, float],
+        rgb: Rgb,
+        finish: str = "plain",
     ) -> Iterable[Patch]:
         """The sides of a box between two corners."""
         size = np.subtract(high, low)
-        return box_patches(element, self.point(*low), self.axes * size, rgb)
+        return box_patches(element, self.point(*low), self.axes * size, rgb, finish)
 
 
 def wall_frame(wall: WallSpec, storey: StoreySpec) -> WallFrame:
@@ -69,12 +87,12 @@ def wall_frame(wall: WallSpec, storey: StoreySpec) -> WallFrame:
     return WallFrame(np.array([*wall.start, storey.elevation]), np.column_stack([along, left, [0.0, 0.0, 1.0]]))
 
 
-def box_patches(element: str, corner: F64, edges: F64, rgb: Rgb) -> Iterable[Patch]:
+def box_patches(element: str, corner: F64, edges: F64, rgb: Rgb, finish: str = "plain") -> Iterable[Patch]:
     """The six sides of the box at ``corner`` (3,) with the edge vectors ``edges[:, i]``, (3, 3)."""
     a, b, c = edges.T
     for u, v, w in ((a, b, c), (b, c, a), (c, a, b)):
-        yield Patch(element, corner, u, v, rgb)
-        yield Patch(element, corner + w, u, v, rgb)
+        yield Patch(element, corner, u, v, rgb, finish=finish)
+        yield Patch(element, corner + w, u, v, rgb, finish=finish)
 
 
 def wall_patches(wall: WallSpec, storey: StoreySpec) -> Iterable[Patch]:
@@ -84,6 +102,8 @@ def wall_patches(wall: WallSpec, storey: StoreySpec) -> Iterable[Patch]:
     yield from _faces(wall, storey, frame, holes)
     for hole in holes:
         yield from _reveals(wall, frame, hole)
+    if wall.skirting > 0.0:
+        yield from _skirting(wall, storey, frame)
     for door in wall.doors:
         yield from door_patches(door, wall, frame)
     for window in wall.windows:
@@ -100,15 +120,25 @@ def _faces(wall: WallSpec, storey: StoreySpec, frame: WallFrame, holes: list[Hol
     x0, x1, half = -before, wall.length + after, wall.thickness / 2
     for y, rgb in ((half, wall.left_colour), (-half, wall.right_colour)):
         for part in rectangles_around(Hole(x0, x1, 0.0, storey.height), holes):
-            yield _face(wall.name, frame, part, y, rgb)
+            yield _face(wall, frame, part, y, rgb)
     for x in (x0, x1):
         sideways = frame.axes[:, 1] * wall.thickness
         yield Patch(wall.name, frame.point(x, -half, 0.0), sideways, frame.axes[:, 2] * storey.height, wall.left_colour)
 
 
-def _face(element: str, frame: WallFrame, part: Hole, y: float, rgb: Rgb) -> Patch:
-    u = frame.axes[:, 0] * (part.x1 - part.x0)
-    return Patch(element, frame.point(part.x0, y, part.z0), u, frame.axes[:, 2] * (part.z1 - part.z0), rgb)
+def _face(wall: WallSpec, frame: WallFrame, part: Hole, y: float, rgb: Rgb) -> Patch:
+    u, v = frame.axes[:, 0] * (part.x1 - part.x0), frame.axes[:, 2] * (part.z1 - part.z0)
+    return Patch(wall.name, frame.point(part.x0, y, part.z0), u, v, rgb, finish=wall.finish)
+
+
+def _skirting(wall: WallSpec, storey: StoreySpec, frame: WallFrame) -> Iterable[Patch]:
+    """Boards along the feet of both faces, left out before the doors and their casings."""
+    before, after = wall_extents(wall, storey)
+    doors = [Hole(d.offset - d.casing, d.offset + d.width + d.casing, 0.0, wall.skirting) for d in wall.doors]
+    low, high = wall.thickness / 2, wall.thickness / 2 + SKIRTING_DEPTH
+    for part in rectangles_around(Hole(-before, wall.length + after, 0.0, wall.skirting), doors):
+        for y0, y1 in ((low, high), (-high, -low)):
+            yield from frame.box(wall.name, (part.x0, y0, 0.0), (part.x1, y1, part.z1), SKIRTING_COLOUR)
 
 
 def rectangles_around(whole: Hole, holes: list[Hole]) -> list[Hole]:
@@ -136,21 +166,56 @@ def _reveals(wall: WallSpec, frame: WallFrame, hole: Hole) -> Iterable[Patch]:
 
 
 def door_patches(door: DoorSpec, wall: WallSpec, frame: WallFrame) -> Iterable[Patch]:
-    """A door's casing on both faces, and its leaf with handles."""
+    """A door's casing on both faces, its leaves with handles, and the stop behind leaves with gaps."""
     if door.casing > 0.0:
         for side in (1.0, -1.0):
             yield from _casing(door, side * wall.thickness / 2, side * (wall.thickness / 2 + CASING_DEPTH), frame)
-    if door.leaf:
-        yield from _leaf(door, wall, frame)
+    if not door.leaf:
+        return
+    if door.gap > 0.0:
+        yield from _stop(door, wall, frame)
+    for leaf in leaves_of(door):
+        yield from _leaf(leaf, wall, frame)
+
+
+def leaves_of(door: DoorSpec) -> list[DoorSpec]:
+    """Each leaf as a door of its own within the gaps."""
+    width = (door.width - door.gap * (door.leaves + 1)) / door.leaves
+    floor = FLOOR_GAP if door.gap > 0.0 else 0.0
+    inner = dataclasses.replace(
+        door,
+        offset=door.offset + door.gap,
+        width=width,
+        sill=door.sill + floor,
+        height=door.height - floor - door.gap,
+        leaves=1,
+    )
+    if door.leaves == 1:
+        return [inner]
+    second = dataclasses.replace(inner, offset=inner.offset + width + door.gap, hinge="end")
+    return [dataclasses.replace(inner, hinge="start"), second]
+
+
+def _stop(door: DoorSpec, wall: WallSpec, frame: WallFrame) -> Iterable[Patch]:
+    """Strips at jambs and head behind the closed leaf, and behind the meeting of two leaves."""
+    side = 1.0 if door.swing == "left" else -1.0
+    y0 = side * (wall.thickness / 2 - door.recess - door.leaf_thickness)
+    low, high = sorted((y0, y0 - side * STOP[1]))
+    x0, x1, top, reach = door.offset, door.offset + door.width, door.sill + door.height, STOP[0]
+    strips = [(x0, x0 + reach, door.sill, top), (x1 - reach, x1, door.sill, top), (x0, x1, top - reach, top)]
+    middle = (x0 + x1) / 2
+    if door.leaves == 2 and door.angle == 0.0:
+        strips.append((middle - reach / 2, middle + reach / 2, door.sill, top))
+    for a, b, c, d in strips:
+        yield from frame.box(door.name, (a, low, c), (b, high, d), door.casing_colour or door.colour)
 
 
 def _casing(door: DoorSpec, y0: float, y1: float, frame: WallFrame) -> Iterable[Patch]:
     x0, x1, top, low, high = door.offset, door.offset + door.width, door.sill + door.height, min(y0, y1), max(y0, y1)
+    colour = door.casing_colour or door.colour
     for a, b in ((x0 - door.casing, x0), (x1, x1 + door.casing)):
-        yield from frame.box(door.name, (a, low, door.sill), (b, high, top), door.colour)
-    yield from frame.box(
-        door.name, (x0 - door.casing, low, top), (x1 + door.casing, high, top + door.casing), door.colour
-    )
+        yield from frame.box(door.name, (a, low, door.sill), (b, high, top), colour)
+    yield from frame.box(door.name, (x0 - door.casing, low, top), (x1 + door.casing, high, top + door.casing), colour)
 
 
 def leaf_frame(door: DoorSpec, wall: WallSpec, frame: WallFrame) -> WallFrame:
@@ -167,7 +232,7 @@ def leaf_frame(door: DoorSpec, wall: WallSpec, frame: WallFrame) -> WallFrame:
 def _leaf(door: DoorSpec, wall: WallSpec, frame: WallFrame) -> Iterable[Patch]:
     leaf = leaf_frame(door, wall, frame)
     width, thickness, height = door.width, door.leaf_thickness, door.height
-    yield from leaf.box(door.name, (0.0, 0.0, 0.0), (width, thickness, height), door.colour)
+    yield from leaf.box(door.name, (0.0, 0.0, 0.0), (width, thickness, height), door.colour, door.finish)
     for low, high in ((-0.05, -0.03), (thickness + 0.03, thickness + 0.05)):
         start, end = (width - 0.17, low, HANDLE_HEIGHT - 0.01), (width - 0.05, high, HANDLE_HEIGHT + 0.01)
         yield from leaf.box(door.name, start, end, HANDLE_COLOUR)
@@ -184,3 +249,6 @@ def window_patches(window: WindowSpec, frame: WallFrame) -> Iterable[Patch]:
         yield from frame.box(window.name, (float(a), y0, hole.z0), (float(b), y1, hole.z1), window.colour)
     for a, b in rails:
         yield from frame.box(window.name, (hole.x0, y0, a), (hole.x1, y1, b), window.colour)
+    if window.pane:
+        u, v = frame.axes[:, 0] * window.width, frame.axes[:, 2] * window.height
+        yield Patch(window.name, frame.point(hole.x0, 0.0, hole.z0), u, v, GLASS_COLOUR, glass=True)

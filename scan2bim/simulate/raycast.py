@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,10 @@ from scan2bim.geometry.raycasting import MissingLibraryError, load_open3d
 from scan2bim.simulate.mesh import Patches
 
 F64 = NDArray[np.float64]
+CasterName = Literal["auto", "open3d", "numpy"]
 
+BLOCK = 2000
+"""Rays tested with all patches at a time."""
 BUNDLES = 10
 """Steps per unit of each coordinate that directions are bundled by: cones of some 5 degrees' half-angle."""
 SLACK = 1e-6
@@ -29,25 +32,85 @@ class Hits:
     patch: NDArray[np.int64]
 
 
-def first_hits(
-    patches: Patches, viewpoint: F64, directions: F64, caster: Literal["auto", "open3d", "numpy"] = "auto"
-) -> Hits:
-    """What rays from ``viewpoint`` (3,) along the unit vectors ``directions`` (n, 3) meet first.
+class Caster:
+    """Casts rays at the same patches again and again.
 
     "auto" takes open3d where it can be loaded, else numpy; "open3d" raises MissingLibraryError where it cannot.
     """
-    if caster == "numpy":
-        return first_hits_numpy(patches, viewpoint, directions)
-    try:
-        return first_hits_open3d(patches, viewpoint, directions)
-    except MissingLibraryError:
-        if caster == "open3d":
-            raise
-        return first_hits_numpy(patches, viewpoint, directions)
+
+    def __init__(self, patches: Patches, caster: CasterName = "auto") -> None:
+        self._patches = patches
+        self._open3d: Any = None
+        if caster == "numpy":
+            return
+        try:
+            self._open3d = load_open3d()
+        except MissingLibraryError:
+            if caster == "open3d":
+                raise
+            return
+        vertices, triangles, self._owner = patches.triangles()
+        # Float32 is good to 4 micrometres up to 60 m from the middle.
+        self._centre: F64 = vertices.mean(axis=0) if len(vertices) else np.zeros(3)
+        tensor = self._open3d.core.Tensor
+        self._scene = self._open3d.t.geometry.RaycastingScene()
+        if len(triangles):
+            self._scene.add_triangles(tensor((vertices - self._centre).astype(np.float32)), tensor(triangles))
+
+    def from_point(self, viewpoint: F64, directions: F64) -> Hits:
+        """What rays from ``viewpoint`` (3,) along the unit vectors ``directions`` (n, 3) meet first."""
+        if self._open3d is None:
+            return first_hits_numpy(self._patches, viewpoint, directions)
+        return self.rays(np.broadcast_to(viewpoint, directions.shape), directions)
+
+    def rays(self, origins: F64, directions: F64) -> Hits:
+        """What rays from ``origins`` (n, 3) along the unit vectors ``directions`` (n, 3) meet first."""
+        if self._open3d is None:
+            return _each_ray(self._patches, origins, directions)
+        n = len(directions)
+        if n == 0 or len(self._patches) == 0:
+            return Hits(np.full(n, np.inf), np.full(n, -1, dtype=np.int64))
+        rays = np.empty((n, 6), dtype=np.float32)
+        rays[:, :3] = origins - self._centre
+        rays[:, 3:] = directions
+        found = self._scene.cast_rays(self._open3d.core.Tensor(rays))
+        ranges = found["t_hit"].numpy().astype(np.float64)
+        triangle = found["primitive_ids"].numpy()
+        hit = np.isfinite(ranges)
+        patch = np.full(n, -1, dtype=np.int64)
+        patch[hit] = self._owner[triangle[hit]]
+        return Hits(ranges, patch)
+
+
+def first_hits(patches: Patches, viewpoint: F64, directions: F64, caster: CasterName = "auto") -> Hits:
+    """What rays from ``viewpoint`` (3,) along the unit vectors ``directions`` (n, 3) meet first."""
+    return Caster(patches, caster).from_point(viewpoint, directions)
+
+
+def _each_ray(patches: Patches, origins: F64, directions: F64) -> Hits:
+    """Each ray against each patch: for few rays, as those that panes mirror."""
+    ranges, patch = np.full(len(directions), np.inf), np.full(len(directions), -1, dtype=np.int64)
+    normal = np.cross(patches.u, patches.v)
+    square = np.einsum("ij,ij->i", normal, normal)
+    across_u, across_v = np.cross(patches.v, normal) / square[:, None], np.cross(normal, patches.u) / square[:, None]
+    for start in range(0, len(directions) if len(patches) else 0, BLOCK):
+        o, d = origins[start : start + BLOCK], directions[start : start + BLOCK]
+        slope = d @ normal.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (np.einsum("ij,ij->i", patches.origin, normal) - o @ normal.T) / slope
+            a = o @ across_u.T - np.einsum("ij,ij->i", patches.origin, across_u) + t * (d @ across_u.T)
+            b = o @ across_v.T - np.einsum("ij,ij->i", patches.origin, across_v) + t * (d @ across_v.T)
+        inside = (a >= 0) & (b >= 0) & np.where(patches.half, a + b <= 1, (a <= 1) & (b <= 1)) & (t > 0)
+        far = np.where(inside, t, np.inf)
+        nearest = far.argmin(axis=1)
+        rows = np.arange(len(d))
+        ranges[start : start + BLOCK] = far[rows, nearest]
+        patch[start : start + BLOCK] = np.where(np.isfinite(far[rows, nearest]), nearest, -1)
+    return Hits(ranges, patch)
 
 
 def first_hits_numpy(patches: Patches, viewpoint: F64, directions: F64) -> Hits:
-    """As ``first_hits``, by central projection.
+    """As ``first_hits``, by central projection; one viewpoint for all rays.
 
     Seen from the viewpoint, a point w + a u + b v of a patch (w its origin) lies along d where d = c0 w + c1 u + c2 v
     with c0 > 0; then the range is 1 / c0, a = c1 / c0 and b = c2 / c0. One matrix per patch gives c for all rays, and
@@ -104,19 +167,3 @@ def _project(inverse: F64, half: NDArray[np.bool_], directions: F64) -> tuple[F6
     nearness = np.where(inside & (c0 > 0.0), c0, 0.0)
     index = nearness.argmax(axis=1)
     return nearness[np.arange(len(directions)), index], index
-
-
-def first_hits_open3d(patches: Patches, viewpoint: F64, directions: F64) -> Hits:
-    """As ``first_hits``, by open3d's RaycastingScene in float32; MissingLibraryError where it cannot be loaded."""
-    o3d = load_open3d()
-    vertices, triangles, owner = patches.triangles()
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor((vertices - viewpoint).astype(np.float32)), o3d.core.Tensor(triangles))
-    rays = np.concatenate([np.zeros_like(directions), directions], axis=1).astype(np.float32)
-    found = scene.cast_rays(o3d.core.Tensor(rays))
-    ranges = found["t_hit"].numpy().astype(np.float64)
-    triangle = found["primitive_ids"].numpy()
-    hit = np.isfinite(ranges)
-    patch = np.full(len(directions), -1, dtype=np.int64)
-    patch[hit] = owner[triangle[hit]]
-    return Hits(ranges, patch)

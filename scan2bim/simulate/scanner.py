@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.simulate.appearance import Camera, record_colours
+from scan2bim.simulate.effects import Glass, World, lost, mix_pixels, noise_factor
 from scan2bim.simulate.mesh import Patches, build_mesh
-from scan2bim.simulate.raycast import Hits, first_hits
-from scan2bim.simulate.scene import Placement, Scene, Station, turn
+from scan2bim.simulate.raycast import CasterName, Hits
+from scan2bim.simulate.scene import Scene, Station, turn
 
 F64 = NDArray[np.float64]
 
@@ -26,6 +28,10 @@ class ScannerSpec:
     step: between neighbouring rays in both directions, radians; noise: standard deviation of a range, metres;
     reach: longest range measured, metres; registration, registration_turn: standard deviations of the error that the
     written pose has in each coordinate (metres) and about z (radians).
+
+    growth: how much the noise grows at a slant, on dark surfaces and with the range, 1 being usual; mixed: share of
+    the rays beside a depth edge that give a range between; dropout: share of all rays that do not come back, to which
+    dark, glossy and slanting surfaces add, or None for none at all.
     """
 
     step: float = math.radians(0.8)
@@ -33,6 +39,11 @@ class ScannerSpec:
     reach: float = 40.0
     registration: float = 0.0
     registration_turn: float = 0.0
+    growth: float = 0.0
+    mixed: float = 0.0
+    dropout: float | None = None
+    glass: Glass = field(default_factory=Glass)
+    camera: Camera = field(default_factory=Camera)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,30 +79,48 @@ def cast(
     station: Station,
     spec: ScannerSpec,
     seed: int = 0,
-    patches: Patches | None = None,
-    caster: Literal["auto", "open3d", "numpy"] = "auto",
+    world: World | None = None,
+    caster: CasterName = "auto",
 ) -> Sweep:
     """Scan the scene from a station. The same arguments give the same sweep.
 
-    patches: of ``build_mesh(scene)``, to spare building them for every station.
+    world: of ``build_mesh(scene)``, to spare building it for every station.
     """
-    solid = build_mesh(scene) if patches is None else patches
-    rng = np.random.default_rng([seed, scene.stations.index(station) if station in scene.stations else 0])
-    directions, row, column = directions_of(spec.step)
+    number = scene.stations.index(station) if station in scene.stations else 0
     rotation = scene.placement.rotation() @ turn(station.heading)
     viewpoint = scene.placement.points(np.array([station.position], dtype=np.float64))[0]
-    hits = first_hits(solid, viewpoint, directions @ rotation.T, caster)
-    met = hits.range <= spec.reach
-    ranges = hits.range[met] + rng.normal(0.0, spec.noise, int(met.sum()))
-    cosine = incidence(solid, hits.patch[met], directions[met] @ rotation.T)
+    solid = World(build_mesh(scene), caster) if world is None else world
+    return sweep_from(solid, station.name, viewpoint, rotation, spec, np.random.default_rng([seed, number]))
+
+
+def sweep_from(
+    world: World, name: str, viewpoint: F64, rotation: F64, spec: ScannerSpec, rng: np.random.Generator
+) -> Sweep:
+    """A full sweep from ``viewpoint`` (3,), the scanner turned by ``rotation`` (3, 3), both in scan coordinates."""
+    patches = world.patches
+    directions, row, column = directions_of(spec.step)
+    towards = directions @ rotation.T
+    hits = world.seen(viewpoint, towards, spec.glass, rng)
+    true = hits.range
+    if spec.mixed > 0.0:
+        true = mix_pixels(true, (int(column[-1]) + 1, int(row[-1]) + 1), spec.mixed, rng)
+    met = true <= spec.reach
+    if spec.dropout is not None:
+        slant = incidence(patches, hits.patch[met], towards[met])
+        met[met] = ~lost(patches, hits.patch[met], slant, spec.dropout, rng)
+    patch = hits.patch[met]
+    cosine = incidence(patches, patch, towards[met])
+    sigma = spec.noise * noise_factor(patches, patch, cosine, true[met], spec.growth) if spec.growth else spec.noise
+    ranges = true[met] + rng.normal(0.0, sigma, int(met.sum()))
+    places = viewpoint + towards[met] * true[met, None]
     return Sweep(
-        name=station.name,
+        name=name,
         xyz=directions[met] * ranges[:, None],
-        rgb=_colours(solid, hits.patch[met], cosine, rng),
-        intensity=_intensity(solid, hits.patch[met], cosine, ranges, rng),
+        rgb=record_colours(patches, patch, places, cosine, spec.camera, rng),
+        intensity=_intensity(patches, patch, cosine, ranges, rng),
         row=row[met],
         column=column[met],
-        patch=hits.patch[met],
+        patch=patch,
         miss_directions=directions[~met],
         miss_row=row[~met],
         miss_column=column[~met],
@@ -118,17 +147,7 @@ def directions_of(step: float) -> tuple[F64, NDArray[np.int32], NDArray[np.int32
 
 def incidence(patches: Patches, patch: NDArray[np.int64], directions: F64) -> F64:
     """Cosine between ray and normal of what it met, (n,) in 0-1. directions (n, 3) unit vectors in scan coordinates."""
-    normals = np.cross(patches.u, patches.v)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.abs(np.einsum("ij,ij->i", normals[patch], directions))
-
-
-def _colours(patches: Patches, patch: NDArray[np.int64], cosine: F64, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """The surface's colour, shaded a little by incidence, with the camera's exposure at this station and its noise."""
-    exposure = rng.normal(1.0, 0.03)
-    shade = exposure * (0.85 + 0.15 * cosine)
-    values = patches.rgb[patch] * shade[:, None] + rng.normal(0.0, 3.0, (len(patch), 3))
-    return np.clip(np.round(values), 0, 255).astype(np.uint8)
+    return np.abs(np.einsum("ij,ij->i", patches.normals()[patch], directions))
 
 
 def _intensity(
@@ -140,17 +159,16 @@ def _intensity(
     return np.clip(values, 0.0, 1.0).astype(np.float32)
 
 
-def cast_all(
-    scene: Scene, spec: ScannerSpec, seed: int = 0, caster: Literal["auto", "open3d", "numpy"] = "auto"
-) -> list[Sweep]:
-    """A sweep from every station of the scene."""
-    patches = build_mesh(scene)
-    return [cast(scene, station, spec, seed, patches, caster) for station in scene.stations]
+def cast_all(scene: Scene, spec: ScannerSpec, seed: int = 0, caster: CasterName = "auto") -> Iterable[Sweep]:
+    """A sweep from every station of the scene, one at a time."""
+    world = World(build_mesh(scene), caster)
+    for station in scene.stations:
+        yield cast(scene, station, spec, seed, world)
 
 
-def true_ranges(scene: Scene, station: Station, spec: ScannerSpec, caster: Literal["auto", "open3d", "numpy"]) -> Hits:
+def true_ranges(scene: Scene, station: Station, spec: ScannerSpec, caster: CasterName) -> Hits:
     """What the rays of ``directions_of(spec.step)`` meet from a station, without noise."""
-    placement: Placement = scene.placement
+    placement = scene.placement
     viewpoint = placement.points(np.array([station.position], dtype=np.float64))[0]
     rotation = placement.rotation() @ turn(station.heading)
-    return first_hits(build_mesh(scene), viewpoint, directions_of(spec.step)[0] @ rotation.T, caster)
+    return World(build_mesh(scene), caster).solid(viewpoint, directions_of(spec.step)[0] @ rotation.T)

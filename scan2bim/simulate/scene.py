@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import shapely
@@ -32,8 +33,10 @@ class DoorSpec:
 
     offset: from the wall's start to the nearer jamb. angle: of the leaf from closed. hinge: at which jamb it hangs,
     ``start`` being nearer to the wall's start. swing: the side of the wall, looking from start to end, that it opens
-    to. recess: depth of the closed leaf's outer side behind the wall's face on the swing side; 0 is flush. casing:
-    width of the trim round the opening on both faces; 0 is none.
+    to. recess: depth of the closed leaf's outer side behind the wall's face on the swing side; 0 is flush. leaves: 1,
+    or 2 that meet in the middle and stand at the same angle. gap: between leaf and jambs and head; behind it a stop
+    closes the view. casing: width of the trim round the opening on both faces; 0 is none. finish: the leaf's, one of
+    ``parts.FINISHES``.
     """
 
     name: str
@@ -42,16 +45,20 @@ class DoorSpec:
     height: float = 2.005
     sill: float = 0.0
     angle: float = 0.0
-    hinge: str = "start"
-    swing: str = "left"
+    hinge: Literal["start", "end"] = "start"
+    swing: Literal["left", "right"] = "left"
     recess: float = 0.0
     leaf: bool = True
     leaf_thickness: float = 0.04
+    leaves: int = 1
+    gap: float = 0.0
     casing: float = 0.05
     colour: Rgb = WOOD
+    casing_colour: Rgb | None = None
+    finish: str = "plain"
 
     @property
-    def state(self) -> str:
+    def state(self) -> Literal["passage", "closed", "ajar", "open"]:
         """One of passage, closed, ajar (below 30 degrees), open."""
         if not self.leaf:
             return "passage"
@@ -62,7 +69,10 @@ class DoorSpec:
 
 @dataclass(frozen=True, slots=True)
 class WindowSpec:
-    """A window in a wall. Its glass lets every ray pass; ``frame`` is the width of frame and mullions."""
+    """A window in a wall; ``frame`` is the width of frame and mullions.
+
+    Without ``pane`` its glass lets every ray pass; with it the scanner's own settings say what glass does.
+    """
 
     name: str
     offset: float
@@ -71,12 +81,13 @@ class WindowSpec:
     height: float = 1.3
     frame: float = 0.07
     mullions: int = 0
+    pane: bool = False
     colour: Rgb = (238, 238, 236)
 
 
 @dataclass(frozen=True, slots=True)
 class WallSpec:
-    """A straight wall by its centre line; ``base`` and ``height`` are those of its storey unless given."""
+    """A straight wall by its centre line, as high as its storey. ``skirting``: height of the boards along its feet."""
 
     name: str
     start: Point2
@@ -87,6 +98,8 @@ class WallSpec:
     windows: tuple[WindowSpec, ...] = ()
     left_colour: Rgb = WHITE
     right_colour: Rgb = WHITE
+    finish: str = "plain"
+    skirting: float = 0.0
 
     @property
     def length(self) -> float:
@@ -113,6 +126,7 @@ class Box:
     base: float = 0.0
     yaw: float = 0.0
     colour: Rgb = WOOD
+    finish: str = "plain"
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,7 +49,8 @@ def places(flats: int) -> list[Place]:
 def flat_sweeps() -> list[Sweep]:
     """The sweeps of one flat. It has no window in its end walls, so that none looks into its neighbour."""
     scene = _without_end_windows(rotated_flat())
-    return cast_all(scene, ScannerSpec(step=STEP, registration=0.001, registration_turn=math.radians(0.003)), seed=5)
+    spec = ScannerSpec(step=STEP, registration=0.001, registration_turn=math.radians(0.003))
+    return list(cast_all(scene, spec, seed=5))
 
 
 def _without_end_windows(scene: Scene) -> Scene:

@@ -15,7 +15,7 @@ from synthetic import Scanned, l_shaped, rotated_flat, scanned, two_rooms, two_s
 from scan2bim.openings.shapes import OpeningShape, load_openings, save_openings
 from scan2bim.simulate.scanner import ScannerSpec
 from scan2bim.simulate.scene import Box, DoorSpec, Scene
-from scan2bim.simulate.truth import DoorTruth, WindowTruth
+from scan2bim.truth.values import DoorTruth, WindowTruth
 
 F64 = NDArray[np.float64]
 SPEC = ScannerSpec(step=math.radians(0.7))

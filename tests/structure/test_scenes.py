@@ -15,8 +15,8 @@ from synthetic import FINE, Scanned, l_shaped, rotated_flat, scanned, two_rooms,
 
 from scan2bim.simulate.scanner import ScannerSpec
 from scan2bim.simulate.scene import Scene
-from scan2bim.simulate.truth import WallTruth
 from scan2bim.structure.shapes import StructureShape, WallShape
+from scan2bim.truth.values import WallTruth
 
 F64 = NDArray[np.float64]
 SPEC = ScannerSpec(step=math.radians(0.7))
