@@ -114,7 +114,7 @@ def _storey_patches(scene: Scene, storey: StoreySpec) -> Iterable[Patch]:
     for wall in storey.walls:
         yield from parts.wall_patches(wall, storey)
     for box in storey.boxes:
-        yield from _box(box, storey)
+        yield from box_patches_of(box, storey)
 
 
 def _floor(storey: StoreySpec) -> Iterable[Patch]:
@@ -156,7 +156,8 @@ def _shaft_sides(outline: shapely.Polygon, storey: StoreySpec) -> Iterable[Patch
         yield Patch(f"slab {storey.name}", start, np.array([*(b - a), 0.0]), down, CONCRETE)
 
 
-def _box(box: Box, storey: StoreySpec) -> Iterable[Patch]:
+def box_patches_of(box: Box, storey: StoreySpec) -> Iterable[Patch]:
+    """The sides of a box, in the scene's frame."""
     axes = turn(box.yaw)
     corner = (
         np.array([*box.centre, storey.elevation + box.base])
