@@ -33,6 +33,8 @@ Piece = list[Box]
 
 CLEAR = 0.75
 """Metres round a scanner that stay free."""
+COARSE = 0.2
+"""Metres between the places of walls that are asked for while things are placed."""
 BESIDE = 0.12
 """Metres between a door's casing or a window and what hangs beside it."""
 CLOTHES: tuple[Rgb, ...] = ((120, 40, 44), (46, 74, 110), (200, 196, 186), (60, 92, 70), (38, 40, 46))
@@ -45,7 +47,7 @@ class Sights:
         storey = scene.storeys[0]
         self._storey = storey
         self._eyes: F64 = np.array([s.position for s in scene.stations], dtype=np.float64)
-        self._faces, self._outlines = wall_places(storey), outline_places(storey)
+        self._faces, self._outlines = wall_places(storey, COARSE), outline_places(storey)
         self._points = np.concatenate([self._faces.points, self._outlines.points])
         world = World(build_mesh(replace(scene, placement=Placement())))
         self._seen = seen_by(world, self._eyes, self._points)

@@ -20,6 +20,8 @@ FARTHEST_MIX = 1.5
 """Metres from which on a scanner tells the two echoes apart."""
 DARK = 30.0
 """Of 255: what is darker sends back so little that rays are lost."""
+OFF_PANE = 1e-4
+"""Metres before the pane at which a mirrored ray starts, so as not to meet the pane's own frame behind it."""
 GRAZING = 0.12
 """Cosine below which surfaces send little back: 83 degrees."""
 
@@ -63,8 +65,8 @@ class World:
         mirrored = meets[bounces]
         towards = directions[mirrored] - 2 * cosine[bounces, None] * normals[bounces]
         start = viewpoint + directions[mirrored] * panes.range[mirrored, None]
-        ghost = _numbered(self._solid.rays(start + 1e-4 * towards, towards), self._solid_number)
-        ranges[mirrored], patch[mirrored] = panes.range[mirrored] + ghost.range, ghost.patch
+        ghost = _numbered(self._solid.rays(start + OFF_PANE * towards, towards), self._solid_number)
+        ranges[mirrored], patch[mirrored] = panes.range[mirrored] + OFF_PANE + ghost.range, ghost.patch
         return Hits(ranges, patch)
 
 
@@ -83,6 +85,9 @@ def mix_pixels(ranges: F64, shape: tuple[int, int], share: float, rng: np.random
         other = np.roll(grid, -1, axis=axis)
         with np.errstate(invalid="ignore"):
             step = np.abs(other - grid)
+        if axis == 1:
+            # Columns go round, rows do not: the lowest has nothing below.
+            step[:, -1] = np.inf
         edge = np.isfinite(step) & (step > DEPTH_EDGE) & (step < FARTHEST_MIX) & (rng.random(shape) < share)
         weight = rng.random(int(edge.sum()))
         out[edge] = weight * grid[edge] + (1 - weight) * other[edge]

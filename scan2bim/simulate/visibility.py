@@ -53,10 +53,10 @@ def _unseen(world: World, viewpoints: F64, points: F64) -> NDArray[np.bool_]:
     return np.asarray(~seen_by(world, viewpoints, points).any(axis=0))
 
 
-def wall_places(storey: StoreySpec) -> Places:
+def wall_places(storey: StoreySpec, cell: float = CELL) -> Places:
     """Cells of the inner faces of all walls outside their openings; owner is the wall's number in the storey."""
     rooms = shapely.union_all(list(room_outlines(storey).values()))
-    found = [_face_cells(wall, storey) for wall in storey.walls]
+    found = [_face_cells(wall, storey, cell) for wall in storey.walls]
     return _inside(found, rooms)
 
 
@@ -116,8 +116,8 @@ def _inside(found: list[F64], rooms: shapely.geometry.base.BaseGeometry) -> Plac
     return Places(points[inner], owner[inner], face[inner])
 
 
-def _face_cells(wall: WallSpec, storey: StoreySpec) -> F64:
-    x, z = np.arange(CELL / 2, wall.length, CELL), np.arange(CELL / 2, storey.height, CELL)
+def _face_cells(wall: WallSpec, storey: StoreySpec, cell: float) -> F64:
+    x, z = np.arange(cell / 2, wall.length, cell), np.arange(cell / 2, storey.height, cell)
     gx, gz = (grid.ravel() for grid in np.meshgrid(x, z))
     covered = np.zeros(len(gx), dtype=np.bool_)
     for opening in (*wall.doors, *wall.windows):
