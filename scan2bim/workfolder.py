@@ -28,13 +28,13 @@ from scan2bim.errors import ResourceError, UsageError
 
 FORMAT = 1
 MANIFEST = "manifest.json"
-HASHED_WHOLE = 8 * 2**20
-"""Files up to this size (bytes) are hashed whole: a hundredth of a second."""
-END_BYTES = 2**20
+HASHED_WHOLE = 2**20
+"""Files up to this size (bytes) are hashed whole: a thousandth of a second."""
+END_BYTES = 2**17
 """Bytes hashed at the head and at the tail of a larger file, where formats keep their headers and tables."""
-SPREAD_BLOCKS = 64
-BLOCK_BYTES = 64 * 2**10
-"""Blocks hashed in between, evenly spread: 4 MB in all, whatever the size of the file."""
+SPREAD_BLOCKS = 65
+BLOCK_BYTES = 2**13
+"""Blocks hashed in between, evenly spread: half a megabyte in all, whatever the size of the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +59,8 @@ def digest(*parts: str) -> str:
 def file_identity(path: Path) -> str:
     """Hash of a file's name, size and content.
 
-    A file of 20 GB would take 20 s of CPU, and on a hard disk minutes, to be hashed whole on every start. So files
-    above 8 MB are hashed at head, tail and in 64 spread blocks, and as an edit in place could miss all of them, their
+    A survey of 20 GB would take 20 s of CPU, and on a hard disk minutes, to be hashed whole on every start. So files
+    above 1 MB are hashed at head, tail and in 65 spread blocks, and as an edit in place could miss all of them, their
     time of change (nanoseconds) counts too. The price: a big file that is copied without its time, or touched, is read
     again.
     """

@@ -63,7 +63,7 @@ def surfels_of(points: F64, station: int | NDArray[np.int64] = 0) -> Surfels:
         count.astype(np.uint32),
         np.full((n, 3), 200, np.uint8),
         seen_by,
-        np.zeros(n, np.float32),
+        np.zeros(n, np.float16),
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numba as nb
@@ -17,6 +18,8 @@ from scan2bim.cloud.scan import Chunk, ScanHeader
 from scan2bim.cloud.tiles import TileWriter
 from scan2bim.config import ReadSettings
 
+PANORAMA = "panorama.npy"
+"""Name of the file with a scan's panorama."""
 MOST_LAYERED = 0.3
 """Share of points that lie behind each other as seen from the scan's pose, above which the pose is not where they were
 scanned from. Scans have a few percent (edges, panes), merged clouds more than half."""
@@ -50,7 +53,18 @@ class ScanSummary:
     @staticmethod
     def load(folder: Path) -> ScanSummary:
         """Of the scan whose results lie in ``folder``."""
-        return TypeAdapter(ScanSummary).validate_json((folder / "summary.json").read_bytes())
+        return _summaries().validate_json((folder / "summary.json").read_bytes())
+
+
+@cache
+def _summaries() -> TypeAdapter[ScanSummary]:
+    return TypeAdapter(ScanSummary)
+
+
+def load_panoramas(scan_folders: Sequence[Path]) -> dict[int, Panorama]:
+    """By station number, those of scans with a known position."""
+    summaries = [(ScanSummary.load(folder), folder / PANORAMA) for folder in scan_folders]
+    return {summary.station: Panorama.load(path) for summary, path in summaries if summary.position is not None}
 
 
 def ingest_scan(
@@ -63,7 +77,7 @@ def ingest_scan(
     progress: Progress,
 ) -> None:
     """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, summary.json and, with a pose,
-    panorama.npz.
+    panorama.npy.
     """
     matrix, offset = frame.of_scan(header)
     position = None if header.pose is None else frame.position_of(header)
@@ -91,7 +105,7 @@ def ingest_scan(
         notes = (f"{header.path.name}, {header.name}: {MERGED}",)
         position = None
     if ranges is not None and position is not None:
-        Panorama(position, ranges).save(folder / "panorama.npz")
+        Panorama(position, ranges).save(folder / PANORAMA)
     summary = ScanSummary(
         station,
         header.name,
@@ -105,7 +119,7 @@ def ingest_scan(
         tuple(int(n) for n in per_source),
         notes,
     )
-    (folder / "summary.json").write_bytes(TypeAdapter(ScanSummary).dump_json(summary))
+    (folder / "summary.json").write_bytes(_summaries().dump_json(summary))
 
 
 def _three(values: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -7,7 +7,8 @@ need no trigonometry and their cells differ in solid angle by a factor of five a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import OrderedDict
+from collections.abc import Mapping
 from pathlib import Path
 
 import numba as nb
@@ -21,28 +22,65 @@ RANGE_STEP = 0.002
 """Ranges are kept on disk in steps of 2 mm (uint16, so up to 131 m): below the noise of any scanner at any range."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Panorama:
-    """Position (3,) float64 in the local frame and ranges (6, edge, edge) float32 in metres; 0 unseen, -1 no return."""
+MOST_KEPT = 64 << 20
+"""Bytes of ranges read from files that stay in memory: those of the stations round a place, not of the building."""
 
-    position: NDArray[np.float64]
-    ranges: F32
+
+class Panorama:
+    """Position (3,) float64 in the local frame and ranges (6, edge, edge) float32 in metres; 0 unseen, -1 no return.
+
+    The ranges of one that was loaded are read when they are asked for, and again where that was long ago.
+    """
+
+    __slots__ = ("_source", "position")
+
+    def __init__(self, position: NDArray[np.float64], ranges: F32 | Path) -> None:
+        self.position = position
+        self._source = ranges
+
+    @property
+    def ranges(self) -> F32:
+        """Metres, (6, edge, edge)."""
+        return _recent.ranges(self._source) if isinstance(self._source, Path) else self._source
 
     def save(self, path: Path) -> None:
-        """Write as a numpy archive of position and uint16 ranges."""
+        """Write position and uint16 ranges as numpy arrays, one after the other."""
         steps = np.clip(np.rint(self.ranges / RANGE_STEP), 0, 65_534).astype(np.uint16)
         steps[self.ranges == NO_RETURN] = 65_535
         with path.open("wb") as file:
-            np.savez(file, position=self.position, steps=steps)
+            np.save(file, self.position)
+            np.save(file, steps)
 
     @staticmethod
     def load(path: Path) -> Panorama:
-        """Read what ``save`` wrote."""
-        with np.load(path) as data:
-            steps = data["steps"]
-            ranges = steps.astype(np.float32) * np.float32(RANGE_STEP)
-            ranges[steps == 65_535] = NO_RETURN
-            return Panorama(data["position"], ranges)
+        """What ``save`` wrote."""
+        with path.open("rb") as file:
+            return Panorama(np.load(file), path)
+
+
+class _Recent:
+    """The ranges that were read last, MOST_KEPT bytes of them."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[Path, int], F32] = OrderedDict()
+        steps = np.arange(65_536, dtype=np.float32) * np.float32(RANGE_STEP)
+        steps[65_535] = NO_RETURN
+        self._metres = steps
+
+    def ranges(self, path: Path) -> F32:
+        """Of the panorama that was saved there."""
+        key = path, path.stat().st_mtime_ns
+        if key not in self._kept:
+            with path.open("rb") as file:
+                np.load(file)
+                self._kept[key] = self._metres[np.load(file)]
+            while sum(ranges.nbytes for ranges in self._kept.values()) > MOST_KEPT and len(self._kept) > 1:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+
+_recent = _Recent()
 
 
 def edge_for(step: float, limit: int) -> int:
@@ -95,10 +133,8 @@ def add_hits(local, position, ranges):  # pyright: ignore
         f, a, b = cube_cell(dx, dy, dz, edge)
         r = np.sqrt(dx * dx + dy * dy + dz * dz)
         old = ranges[f, a, b]
-        if old > 0.0 and abs(r - old) > 0.15 * r + 0.1:
-            layered += 1
-        if old <= 0.0 or r < old:
-            ranges[f, a, b] = r
+        layered += old > 0.0 and abs(r - old) > 0.15 * r + 0.1
+        ranges[f, a, b] = r if old <= 0.0 or r < old else old
     return layered
 
 
@@ -165,7 +201,7 @@ def _agreeing(points, position, ranges, out):  # pyright: ignore
         out[i] = alike / seen if seen > 0 else 1.0
 
 
-def agreement(points: F32, station: NDArray[np.uint16], panoramas: dict[int, Panorama]) -> F32:
+def agreement(points: F32, station: NDArray[np.uint16], panoramas: Mapping[int, Panorama]) -> F32:
     """How far each point (n, 3) agrees with what its own station saw round it, (n,) in 0-1; 1 where the station is
     unknown.
 

@@ -9,12 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.ingest import ScanSummary
-from scan2bim.cloud.panorama import Panorama, agreement
+from scan2bim.cloud.ingest import ScanSummary, load_panoramas
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import Surfels
-
-TRUST = 0.5
-"""Share of its neighbourhood that must agree with a surfel: half, as for the edge of a surface."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,19 +27,16 @@ class Scene:
 
 
 def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
-    """Read surfels and panoramas, and part the surfels by whether their own station's surroundings bear them out."""
+    """Read surfels and panoramas."""
     summaries = [ScanSummary.load(f) for f in scan_folders]
     last = max((s.station + len(s.sources) for s in summaries), default=0)
     stations = np.full((last + 1, 3), np.nan)
-    panoramas: dict[int, Panorama] = {}
-    for summary, folder in zip(summaries, scan_folders, strict=True):
+    for summary in summaries:
         if summary.position is not None:
             stations[summary.station] = summary.position
-            panoramas[summary.station] = Panorama.load(folder / "panorama.npz")
-    trusted: list[Surfels] = []
-    doubtful: list[Surfels] = []
-    for block in Surfels.blocks(surfel_folder):
-        agrees = agreement(block.xyz, block.station, panoramas) >= TRUST
-        trusted.append(block.pick(agrees))
-        doubtful.append(block.pick(~agrees))
-    return Scene(Surfels.joined(trusted), Surfels.joined(doubtful), panoramas, stations)
+    return Scene(
+        Surfels.load(surfel_folder, trusted=True),
+        Surfels.load(surfel_folder, trusted=False),
+        load_panoramas(scan_folders),
+        stations,
+    )

@@ -62,7 +62,7 @@ def test_large_coordinates_keep_their_millimetres(tmp_path: Path) -> None:
 def test_the_panorama_remembers_ranges_and_pulses_without_return(tmp_path: Path) -> None:
     north, up = np.array([[3.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]], np.float32)
     ingested(tmp_path, [Chunk(north, misses=up)])
-    panorama = Panorama.load(tmp_path / "panorama.npz")
+    panorama = Panorama.load(tmp_path / "panorama.npy")
     np.testing.assert_array_equal(panorama.position, POSE.translation)
     assert (panorama.ranges > 0).sum() == 1
     assert panorama.ranges.max() == pytest.approx(3.0, abs=0.002)
@@ -72,7 +72,7 @@ def test_the_panorama_remembers_ranges_and_pulses_without_return(tmp_path: Path)
 def test_without_a_pose_there_is_no_position_and_no_panorama(tmp_path: Path) -> None:
     ingested(tmp_path, [Chunk(some_points())], None)
     assert ScanSummary.load(tmp_path).position is None
-    assert not (tmp_path / "panorama.npz").exists()
+    assert not (tmp_path / "panorama.npy").exists()
 
 
 def test_colour_is_kept_and_else_taken_from_intensity_and_else_grey(tmp_path: Path) -> None:

@@ -89,8 +89,8 @@ def test_saving_and_loading_keeps_ranges_to_a_millimetre_and_marks_exactly(tmp_p
     radius = np.random.default_rng(0).uniform(0.3, 60.0, len(directions))[:, None]
     low = directions[:, 2] < 0.5
     panorama = panorama_of((directions * radius + EYE)[low].astype(np.float32), directions[directions[:, 2] > 0.9])
-    panorama.save(tmp_path / "panorama.npz")
-    back = Panorama.load(tmp_path / "panorama.npz")
+    panorama.save(tmp_path / "panorama.npy")
+    back = Panorama.load(tmp_path / "panorama.npy")
     np.testing.assert_array_equal(back.position, EYE)
     np.testing.assert_array_equal(back.ranges == NO_RETURN, panorama.ranges == NO_RETURN)
     np.testing.assert_array_equal(back.ranges == UNSEEN, panorama.ranges == UNSEEN)

@@ -5,10 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
+from scan2bim.cloud.frame import SurveyFrame
+from scan2bim.cloud.ingest import ScanSummary, ingest_scan
+from scan2bim.cloud.scan import Chunk, Pose, ScanHeader
 from scan2bim.cloud.surfels import PLAN, TALL, Surfels, make_surfels
 from scan2bim.cloud.tiles import TileWriter
-from scan2bim.config import SurfelSettings
+from scan2bim.config import ReadSettings, SurfelSettings
 
 F32 = NDArray[np.float32]
 
@@ -27,6 +31,8 @@ def merged(folder: Path, scans: list[F32], order: list[int] | None = None) -> Su
                 np.zeros(n, np.uint8),
                 np.full(n, number, np.uint16),
             )
+        summary = ScanSummary(number, "scan", n, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), None, True)
+        (part / "summary.json").write_bytes(TypeAdapter(ScanSummary).dump_json(summary))
         parts.append(part)
     told: list[float] = []
     make_surfels(parts, folder, SurfelSettings(), told.append)
@@ -91,3 +97,17 @@ def test_a_surfel_has_the_mean_colour_and_one_of_its_stations(tmp_path: Path) ->
     assert surfels.rgb[0].tolist() == [40, 40, 40]
     assert surfels.station[0] in {0, 1, 2}
     assert surfels.count[0] == 3
+
+
+def test_surfels_that_hang_alone_before_what_their_station_saw_are_not_trusted(tmp_path: Path) -> None:
+    """A wall 3 m before a scanner, and one point half-way to it."""
+    y, z = np.meshgrid(np.arange(-1.5, 1.5, 0.01), np.arange(-1.0, 1.0, 0.01))
+    wall = np.column_stack([np.full(y.size, 3.0), y.ravel(), z.ravel()])
+    clear = np.hypot(wall[:, 1], wall[:, 2]) > 0.03
+    chunk = Chunk(np.concatenate([wall[clear], [[1.5, 0.0, 0.0]]]).astype(np.float32))
+    header = ScanHeader(Path("a.e57"), 0, "a", len(chunk.xyz), np.zeros(3), Pose(np.eye(3), np.zeros(3)))
+    ingest_scan(header, iter([chunk]), 0, SurveyFrame(), tmp_path, ReadSettings(), lambda _: None)
+    make_surfels([tmp_path], tmp_path, SurfelSettings(), lambda _: None)
+    doubtful, trusted = (Surfels.load(tmp_path, trusted=kind) for kind in (False, True))
+    np.testing.assert_allclose(doubtful.xyz, [[1.5, 0.0, 0.0]], atol=1e-3)
+    assert len(trusted) + 1 == len(Surfels.load(tmp_path))
