@@ -35,6 +35,8 @@ from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.openings.virtual import is_virtual
 from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
 
+RECESS_SIGMA, HANDLE_SIGMA = 0.003, 0.02
+"""Metres: of a closed leaf's depth behind the wall's face (registration and plaster), and of a handle's height."""
 SLAB = 0.25
 """Assumed thickness, metres, of a slab of which one side was seen."""
 CEILING = 0.02
@@ -304,10 +306,21 @@ def _fill(opening_id: str, shape: OpeningShape, place: str, evidence: Evidence) 
 
 
 def _leaf(shape: OpeningShape) -> dict[str, object]:
-    return {"angle": shape.angle, "hinge_side": shape.hinge, "swing_side": shape.swing}
+    """What is known of a door's leaf."""
+    return {
+        "angle": shape.angle,
+        "hinge_side": shape.hinge,
+        "swing_side": shape.swing,
+        "leaves": shape.leaves,
+        "recess": None if shape.recess is None else _length(shape.recess, RECESS_SIGMA),
+        "recess_side": shape.recess_side,
+        "handle_height": None if shape.handle_height is None else _length(shape.handle_height, HANDLE_SIGMA),
+    }
 
 
 def _sentence(shape: OpeningShape) -> str:
+    if shape.words:
+        return ", ".join(shape.words)
     if is_virtual(shape.stations):
         parts = [f"open on {shape.looked_through:.0%} of its area as far as the cloud tells without scanner positions"]
     else:

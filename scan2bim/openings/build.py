@@ -14,7 +14,9 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.openings.closed.find import closed_openings, faces_of
 from scan2bim.openings.leaves import AJAR, find_leaf
+from scan2bim.openings.near_points import BAND, points_by_wall
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
@@ -43,7 +45,9 @@ def find_openings(
     """Find the openings of all walls and write them to ``folder``/openings.json."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    save_openings(openings_of(structure, scene, progress), folder / "openings.json")
+    found = openings_of(structure, scene, progress)
+    found += _closed_doors(structure, scene, scan_folders)
+    save_openings(_once(found, structure.storeys), folder / "openings.json")
 
 
 def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[float], None]) -> list[OpeningShape]:
@@ -59,7 +63,26 @@ def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[flo
             for opening in find_open(number, place, wall, wall_image(wall, beside, _close(panoramas, wall))):
                 found.append(_with_leaf(opening, wall, near, index))
         progress((number + 1) / len(structure.storeys))
-    return _once(found, structure.storeys)
+    return found
+
+
+def _closed_doors(structure: StructureShape, scene: Scene, scan_folders: Sequence[Path]) -> list[OpeningShape]:
+    """Closed doors of all walls."""
+    places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
+    walls = [structure.storeys[s].walls[w] for s, w in places]
+    index = PlanIndex(scene.surfels.xyz)
+    expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
+    found: list[OpeningShape] = []
+    for k, points in points_by_wall(scan_folders, walls, expected):
+        faces = faces_of(walls[k], points, scene.stations, _close(scene.panoramas, walls[k]))
+        found += closed_openings(*places[k], faces)
+    return found
+
+
+def _points_beside(wall: WallShape, surfels: Surfels, index: PlanIndex) -> int:
+    rows = index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + BAND)
+    z = surfels.xyz[rows, 2]
+    return int(surfels.count[rows][(z > wall.base) & (z < wall.top)].sum())
 
 
 def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Panorama]:

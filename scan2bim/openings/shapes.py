@@ -20,7 +20,9 @@ class OpeningShape:
 
     ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its sides show
     a reveal, ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through;
-    ``angle`` (radians from closed), ``hinge`` and ``swing`` side of its leaf, where one was seen.
+    ``angle`` (radians from closed), ``hinge`` and ``swing`` side of its leaf, where one was seen. ``leaves`` how
+    many; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf; ``handle_height`` over the base;
+    ``words`` the evidence for a closed door.
     """
 
     storey: int
@@ -42,6 +44,11 @@ class OpeningShape:
     angle: float | None = None
     hinge: Literal["start", "end", "unknown"] = "unknown"
     swing: Literal["left", "right", "unknown"] = "unknown"
+    leaves: int | None = None
+    recess: float | None = None
+    recess_side: Literal["left", "right", "unknown"] = "unknown"
+    handle_height: float | None = None
+    words: tuple[str, ...] = ()
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

@@ -1,0 +1,240 @@
+"""What each face of a wall says of a rectangle: a door leaf in its frame, or something that hangs or stands there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.closed.contrast import BLOCK
+from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
+from scan2bim.openings.orthoimage import COARSE, PIXEL
+
+INSET = 0.05
+"""Metres inside a rectangle's sides that are not asked of the leaf: trims and frames."""
+FLANK = (0.10, 0.35)
+"""Distance from a rectangle's sides, metres, between which the wall beside it is asked: beyond trims."""
+LINTEL = (0.10, 0.35)
+"""Distance above a rectangle's head, metres, between which wall is looked for: beyond trims."""
+SKIN = 0.012
+"""Distance from the wall's plane, metres, within which a point is the wall's own: plaster's unevenness and noise."""
+TRIM = 0.08
+"""Width, metres, of trims and frames."""
+HANDLE_BAND = (0.85, 1.25)
+"""Heights, metres, of handles: trade 0.85 (disabled access) to 1.15, and the lever's own extent."""
+HANDLE_REACH = 0.25
+"""Distance, metres, from the leaf's edge in which the handle and its lever are."""
+HANDLE_OUT = (0.02, 0.10)
+"""Metres by which handles stand out from the leaf."""
+F32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class FaceEvidence:
+    """Of one face. ``left``, ``right``, ``head`` share of each side that is a discontinuity, ``outline`` their mean;
+    ``seen`` share of the rectangle with data; ``recess`` metres by which its inside lies behind the wall beside it
+    (negative: before it), nan where unseen; ``rough`` metres, median deviation of the inside from its own depth;
+    ``colour`` difference of inside and beside, 0-1; ``trim`` metres by which a strip round it stands out; ``beyond``
+    share of its sides' lines that go on above the head; ``foot`` share of discontinuities in the lowest 40 cm of its
+    sides; ``handle`` height over the base, metres, None where none was seen, and ``handle_side`` of the leaf;
+    ``through`` share that stations looked through; ``dominant`` share of its most frequent depth;
+    ``lintel`` and ``flank`` share of wall, seen in its plane, above the head and beside.
+    """
+
+    left: float
+    right: float
+    head: float
+    seen: float
+    recess: float
+    rough: float
+    colour: float
+    trim: float
+    beyond: float
+    foot: float
+    handle: float | None
+    handle_side: str | None
+    through: float
+    dominant: float
+    lintel: float
+    flank: float
+
+    @property
+    def outline(self) -> float:
+        """Mean share of sides and head."""
+        return (self.left + self.right + self.head) / 3
+
+    @property
+    def weakest(self) -> float:
+        """Share of the weakest of sides and head."""
+        return min(self.left, self.right, self.head)
+
+
+def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
+    """What one face says of a rectangle."""
+    image = face.image
+    inside = _window(image.depth, image.known, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
+    beside = np.concatenate(
+        [
+            _window(image.depth, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top),
+            _window(image.depth, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top),
+        ]
+    )
+    level = float(np.median(inside)) if len(inside) > 50 else float("nan")
+    wall = _wall_level(beside)
+    left, right, head = _outline(face, box)
+    height, at = _handle(face, box, level)
+    return FaceEvidence(
+        left,
+        right,
+        head,
+        _share(image.known, box),
+        wall - level,
+        float(np.median(np.abs(inside - level))) if len(inside) > 50 else float("nan"),
+        _colour_step(face, box),
+        _trim(face, box, wall),
+        _beyond(face, box),
+        _foot(face, box),
+        height,
+        at,
+        _through(face, box),
+        float(np.mean(np.abs(inside - level) < 0.008)) if len(inside) > 50 else 0.0,
+        _lintel(face, box),
+        float(np.mean(np.abs(beside - wall) < SKIN)) if len(beside) > 50 else 0.0,
+    )
+
+
+def _wall_level(beside: F32) -> float:
+    """Depth of the wall beside a rectangle: the most of it that lies near the wall's plane, else that plane itself."""
+    near = beside[np.abs(beside) < SKIN]
+    return float(np.median(near)) if len(near) > 50 else 0.0
+
+
+def _lintel(face: Face, box: Rectangle) -> float:
+    """Share of the strip above the head that is wall: seen, and in its plane."""
+    rows = _pixels(box.top + LINTEL[0], box.top + LINTEL[1], face.image.depth.shape[0])
+    cols = _pixels(box.left + INSET, box.right - INSET, face.image.depth.shape[1])
+    if rows.stop - rows.start < 4 or cols.stop <= cols.start:
+        return 0.0
+    return float((face.image.known[rows, cols] & (np.abs(face.image.depth[rows, cols]) < SKIN)).mean())
+
+
+def _pixels(low: float, high: float, size: int) -> slice:
+    return slice(min(max(round(low / PIXEL), 0), size), min(max(round(high / PIXEL), 0), size))
+
+
+def _window(
+    values: F32, known: NDArray[np.bool_], left: float, right: float, bottom: float, top: float, step: int = 2
+) -> F32:
+    """Known values (k, ...) in a rectangle, every ``step``-th row and column."""
+    rows, cols = _pixels(bottom, top, known.shape[0]), _pixels(left, right, known.shape[1])
+    return values[rows, cols][::step, ::step][known[rows, cols][::step, ::step]]
+
+
+def _share(mask: NDArray[np.bool_], box: Rectangle) -> float:
+    part = mask[_pixels(0.0, box.top, mask.shape[0]), _pixels(box.left, box.right, mask.shape[1])]
+    return float(part[::2, ::2].mean()) if part.size else 0.0
+
+
+def _line(place: float) -> NDArray[np.int64]:
+    return np.array([round(place / PIXEL)])
+
+
+def _piece(place: float) -> NDArray[np.int64]:
+    return np.array([round(place / PIXEL / BLOCK)])
+
+
+def _outline(face: Face, box: Rectangle) -> tuple[float, float, float]:
+    """Share of discontinuities on left side, right side and head; each may be off by a few pixels."""
+    first, last = _piece(FOOT), _piece(box.top - 0.04)
+    start, end = _piece(box.left + 0.05), _piece(box.right - 0.05)
+    slack = (-0.02, -0.01, 0.0, 0.01, 0.02)
+    left = max(float(face.sides.share(_line(box.left + d), first, last)[0][0]) for d in slack)
+    right = max(float(face.sides.share(_line(box.right + d), first, last)[0][0]) for d in slack)
+    head = max(float(face.heads.share(_line(box.top + d), start, end)[0][0]) for d in slack)
+    return left, right, head
+
+
+def _beyond(face: Face, box: Rectangle) -> float:
+    """Share of discontinuities on the sides' lines between 15 and 60 cm above the head."""
+    first, last = _piece(box.top + 0.15), _piece(box.top + 0.6)
+    last = np.minimum(last, face.sides.pieces - 1)
+    if last[0] - first[0] < 2:
+        return 0.0
+    return max(float(face.sides.share(_line(place), first, last)[0][0]) for place in (box.left, box.right))
+
+
+def _foot(face: Face, box: Rectangle) -> float:
+    first, last = _piece(0.0), _piece(0.4)
+    slack = (-0.01, 0.0, 0.01)
+    return min(
+        max(float(face.sides.share(_line(place + d), first, last)[0][0]) for d in slack)
+        for place in (box.left, box.right)
+    )
+
+
+def _colour_step(face: Face, box: Rectangle) -> float:
+    image = face.image
+    inside = _window(image.rgb, image.known, box.left + INSET, box.right - INSET, FOOT, box.top - INSET, 4)
+    beside = np.concatenate(
+        [
+            _window(image.rgb, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top, 4),
+            _window(image.rgb, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top, 4),
+        ]
+    )
+    if len(inside) < 20 or len(beside) < 20:
+        return 0.0
+    return float(np.abs(np.median(inside, 0) - np.median(beside, 0)).max())
+
+
+def _trim(face: Face, box: Rectangle, wall: float) -> float:
+    """Least metres by which strips at left, right and head stand out from the wall, within or round its lines."""
+    image = face.image
+    best = 0.0
+    for inner in (0.0, -TRIM):  # the strip lies inside the rectangle, or round it
+        strips = (
+            (box.left + inner + 0.01, box.left + inner + TRIM - 0.02, FOOT, box.top - 0.1),
+            (box.right - inner - TRIM + 0.02, box.right - inner - 0.01, FOOT, box.top - 0.1),
+            (box.left + 0.1, box.right - 0.1, box.top - inner - TRIM + 0.02, box.top - inner - 0.01),
+        )
+        values = [_window(image.depth, image.known, *strip, step=1) for strip in strips]
+        if all(len(v) > 20 for v in values):
+            best = max(best, min(float(np.median(v)) - wall for v in values))
+    return best if np.isfinite(best) else 0.0
+
+
+def _through(face: Face, box: Rectangle) -> float:
+    rows = slice(round(0.3 / COARSE), max(round((box.top - 0.1) / COARSE), round(0.3 / COARSE) + 1))
+    cols = slice(max(round((box.left + 0.1) / COARSE), 0), max(round((box.right - 0.1) / COARSE), 1))
+    through, on = face.image.through[rows, cols], face.image.on[rows, cols]
+    return float(((through > 0) & (through >= on)).mean()) if through.size else 0.0
+
+
+def _handle(face: Face, box: Rectangle, level: float) -> tuple[float | None, str | None]:
+    """Height and side of a small thing that stands out from the leaf near one of its edges."""
+    if not np.isfinite(level):
+        return None, None
+    image = face.image
+    rows = _pixels(*HANDLE_BAND, image.depth.shape[0])
+    found: list[tuple[int, float, str]] = []
+    for side, low, high in (
+        ("start", box.left + 0.02, box.left + HANDLE_REACH),
+        ("end", box.right - HANDLE_REACH, box.right - 0.02),
+    ):
+        cols = _pixels(low, high, image.depth.shape[1])
+        out = image.depth[rows, cols] - level
+        blob = (out > HANDLE_OUT[0]) & (out < HANDLE_OUT[1]) & (image.count[rows, cols] > 0)
+        at = np.flatnonzero(blob.any(1))
+        if blob.sum() >= 4 and len(at) and at[-1] - at[0] < 22 and blob.mean() < 0.2:
+            height = HANDLE_BAND[0] + (float(np.average(np.arange(blob.shape[0]), weights=blob.sum(1))) + 0.5) * PIXEL
+            found.append((int(blob.sum()), height, side))
+    if not found:
+        return None, None
+    _, height, side = max(found)
+    return round(height, 3), side
+
+
+def evidence_of(faces: Sequence[Face], box: Rectangle) -> list[FaceEvidence]:
+    """What each face says."""
+    return [face_evidence(face, box) for face in faces]

@@ -1,0 +1,149 @@
+"""Rectangles standing on the floor whose sides and head are discontinuities on a face of the wall.
+
+The paper's candidates (section V.B: all rectangles of two upright and two level lines, of a door's size, with the lower
+side on the floor), from both faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.closed.contrast import BLOCK, Contrast, level_contrast, upright_contrast
+from scan2bim.openings.closed.lines import Support, find_lines, support_of
+from scan2bim.openings.orthoimage import PIXEL, Orthoimage
+
+NARROWEST, WIDEST = 0.55, 2.6
+"""Widths of doors with their trims, metres (trade: single 0.5 to 1.5, double to 2.5)."""
+LOWEST, HIGHEST = 1.75, 2.75
+"""Heights of heads with their trims, metres."""
+LEG = 1.8
+"""Height, metres, up to which an upright line is looked at before its head is known."""
+FOOT = 0.1
+"""Height, metres, below which skirtings and thresholds hide a line."""
+LEAST_SIDE, LEAST_HEAD = 0.4, 0.45
+"""Share of a side's, a head's seen pieces that must be discontinuities. The paper asks for 70 %; others judge here."""
+APART = 2
+"""Lines of one kind are at least so many pixels apart."""
+MOST_LINES = 60
+"""Upright lines of a wall that are combined, the best: more is a pattern, and work grows with the square."""
+SAME = 0.85
+"""Overlap (intersection over union) from which two rectangles are the same thing."""
+MOST_DISTINCT = 40
+"""Different rectangles of a wall that are looked at closely."""
+MOST_RECTANGLES = 300
+"""Rectangles of a wall that are looked at closely, the best supported."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Face:
+    """A face with its contrasts and their support across upright and level lines."""
+
+    image: Orthoimage
+    upright: Contrast
+    level: Contrast
+    sides: Support
+    heads: Support
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """Left and right along the wall, top over its base, metres."""
+
+    left: float
+    right: float
+    top: float
+
+    @property
+    def width(self) -> float:
+        """Metres."""
+        return self.right - self.left
+
+    def overlap(self, other: Rectangle) -> float:
+        """Intersection over union."""
+        inner = max(0.0, min(self.right, other.right) - max(self.left, other.left)) * min(self.top, other.top)
+        return inner / (self.width * self.top + other.width * other.top - inner)
+
+
+def face_of(image: Orthoimage) -> Face:
+    """A face's contrasts and their support."""
+    upright, level = upright_contrast(image), level_contrast(image)
+    return Face(image, upright, level, support_of(upright), support_of(level))
+
+
+def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
+    """Candidates of a wall, best supported first."""
+    places = _upright_lines(faces)
+    if len(places) < 2:
+        return []
+    left, right = (places[k] for k in np.triu_indices(len(places), 1))
+    width = (right - left) * PIXEL
+    fits = (width >= NARROWEST) & (width <= WIDEST)
+    left, right = left[fits], right[fits]
+    if not len(left):
+        return []
+    left, right, top, head = _with_heads(faces, left, right)
+    score = np.zeros(len(left), np.float32)
+    for face in faces:
+        first, last = np.full(len(left), round(FOOT / PIXEL / BLOCK)), (top - 5) // BLOCK
+        a, _ = face.sides.share(left, first, last)
+        b, _ = face.sides.share(right, first, last)
+        score = np.maximum(score, np.where(np.minimum(a, b) >= LEAST_SIDE, a + b, 0))
+    score = np.where(score > 0, score + head, 0)
+    order = np.argsort(-score, kind="stable")[:MOST_RECTANGLES]
+    return [
+        Rectangle(float(left[i]) * PIXEL, float(right[i]) * PIXEL, float(top[i]) * PIXEL) for i in order if score[i] > 0
+    ]
+
+
+def _upright_lines(faces: Sequence[Face]) -> NDArray[np.int64]:
+    """Places of the upright lines of all faces, pixels."""
+    found: list[NDArray[np.int64]] = []
+    first, last = round(FOOT / PIXEL / BLOCK), round(LEG / PIXEL / BLOCK)
+    for face in faces:
+        if face.sides.pieces >= last:
+            found.append(find_lines(face.sides, face.upright, first, last, LEAST_SIDE, APART))
+    places = np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
+    if len(places) <= MOST_LINES:
+        return places
+    best = np.zeros(len(places), np.float32)
+    for face in faces:
+        share, _ = face.sides.share(places, np.full(len(places), first), np.full(len(places), last))
+        best = np.maximum(best, share)
+    return np.sort(places[np.argsort(-best, kind="stable")[:MOST_LINES]])
+
+
+def _with_heads(
+    faces: Sequence[Face], left: NDArray[np.int64], right: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+    """Each pair of sides with each of its head lines: left, right, top, support of the head."""
+    rows = np.arange(round(LOWEST / PIXEL), min(round(HIGHEST / PIXEL), faces[0].heads.places - 1))
+    if not len(rows):
+        none = np.zeros(0, np.int64)
+        return none, none, none, np.zeros(0, np.float32)
+    pair, row = (g.ravel() for g in np.meshgrid(np.arange(len(left)), rows, indexing="ij"))
+    share = np.zeros(len(pair), np.float32)
+    for face in faces:
+        first, last = (left[pair] + 3 + BLOCK - 1) // BLOCK, (right[pair] - 3) // BLOCK
+        here, seen = face.heads.share(row, first, last)
+        share = np.maximum(share, np.where(seen > 0.3, here, 0))
+    grid = share.reshape(len(left), len(rows))
+    padded = np.pad(grid, ((0, 0), (APART, APART)))
+    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * APART + 1, axis=1).max(2)
+    middle = (grid >= LEAST_HEAD) & (grid >= window) & (np.pad(grid, ((0, 0), (1, 0)))[:, :-1] < grid)
+    i, j = np.nonzero(middle)
+    return left[i], right[i], rows[j], grid[i, j]
+
+
+def distinct(boxes: Sequence[Rectangle]) -> list[Rectangle]:
+    """Without those that are nearly the same as a better one before them."""
+    kept: list[Rectangle] = []
+    for box in boxes:
+        if len(kept) >= MOST_DISTINCT:
+            break
+        if all(box.overlap(k) < SAME for k in kept):
+            kept.append(box)
+    return kept

@@ -1,0 +1,100 @@
+"""From the evidence of both faces to a probability that a rectangle is a closed door."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.closed.evidence import FaceEvidence
+from scan2bim.openings.closed.rectangles import Rectangle
+
+SINGLE, DOUBLE = (0.66, 1.30), (1.25, 2.25)
+"""Widths, metres, between the outlines of usual doors, of one and of two leaves, trims included."""
+HEIGHT = (1.92, 2.45)
+"""Usual heights of door heads, metres, trims included."""
+BIAS = -15.69
+WEIGHTS = np.array(
+    [0.77, 2.35, 1.08, -1.93, 0.49, -1.92, 5.74, 0.28, -0.11, 0.16, 0.59, -0.34, -2.49, 5.41, 1.31, 3.09, 0.07, -0.34]
+)
+"""Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What the model weighs; each about 0 to 1, more speaks for a door unless it says otherwise.
+
+    outline, weakest: share of discontinuities on the outline and on its weakest side, of the face where it is clearer.
+    other: outline of the other face, 0 where unseen. alone: how much of the other face
+    was not seen. blank: how much of the other face was seen and shows no outline
+    (against). before: 1 for each 20 mm that the inside stands before the wall (against). recess: 1 for 20 mm or more
+    behind it. colour: 1 for a change by a tenth. trim: 1 for 10 mm or more. beyond: sides that go on above the head
+    (against). foot: sides seen down to the floor. handle: 1 where seen. through: share looked through (against).
+    dominant: share of the most frequent depth. lintel, flank: wall
+    above the head and beside. oversize: decimetres beyond usual widths and heights (against).
+    double: 1 beyond the width of a single leaf.
+    """
+
+    outline: float
+    weakest: float
+    other: float
+    alone: float
+    blank: float
+    before: float
+    recess: float
+    colour: float
+    trim: float
+    beyond: float
+    foot: float
+    handle: float
+    through: float
+    dominant: float
+    lintel: float
+    flank: float
+    oversize: float
+    double: float
+
+    def vector(self) -> NDArray[np.float64]:
+        """In the order of the fields."""
+        return np.array(astuple(self), np.float64)
+
+
+def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
+    """The features of a rectangle; ``evidence`` of one or both faces."""
+    ranked = sorted(evidence, key=lambda e: -(e.outline + 0.5 * e.weakest))
+    best, other = ranked[0], ranked[1] if len(ranked) > 1 else None
+    recess = [e.recess for e in ranked if np.isfinite(e.recess) and e.outline > 0.4]
+    return Features(
+        best.outline,
+        best.weakest,
+        other.outline if other else 0.0,
+        1.0 - other.seen if other else 1.0,
+        other.seen * (1 - other.outline) if other else 0.0,
+        min(max((max(0.0, -r) for r in recess), default=0.0), 0.06) / 0.02,
+        min(max((max(0.0, r) for r in recess), default=0.0), 0.02) / 0.02,
+        min(max(e.colour for e in ranked), 0.2) / 0.1,
+        min(max(e.trim for e in ranked), 0.01) / 0.01,
+        best.beyond,
+        best.foot,
+        float(any(e.handle is not None for e in ranked)),
+        max(e.through for e in ranked),
+        best.dominant,
+        max(e.lintel for e in ranked),
+        max(e.flank for e in ranked),
+        _oversize(box),
+        float(box.width > SINGLE[1]),
+    )
+
+
+def _oversize(box: Rectangle) -> float:
+    low, high = SINGLE if box.width <= SINGLE[1] else DOUBLE
+    wide = max(low - box.width, box.width - high, 0.0)
+    tall = max(HEIGHT[0] - box.top, box.top - HEIGHT[1], 0.0)
+    return (wide + tall) / 0.1
+
+
+def probability(features: Features) -> float:
+    """That a rectangle with these features is a closed door, 0-1."""
+    return float(1 / (1 + np.exp(-(BIAS + np.nan_to_num(features.vector()) @ WEIGHTS))))
