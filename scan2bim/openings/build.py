@@ -30,6 +30,8 @@ TALLEST_DOOR = 3.0
 """Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
 NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
+LOOKED_THROUGH = 0.3
+"""Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
 NO_LEAF = 0.2
 """Confidence taken off a door whose leaf was not seen: it may be a passage."""
 
@@ -75,7 +77,7 @@ def _closed_doors(structure: StructureShape, scene: Scene, scan_folders: Sequenc
     found: list[OpeningShape] = []
     for k, points in points_by_wall(scan_folders, walls, expected):
         faces = faces_of(walls[k], points, scene.stations, _close(scene.panoramas, walls[k]))
-        found += closed_openings(*places[k], faces)
+        found += closed_openings(*places[k], faces, points)
     return found
 
 
@@ -123,9 +125,11 @@ def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: 
 
 
 def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
-    """Without the less sure of two openings that overlap in one wall."""
+    """Without the less sure of two openings that overlap in one wall; a closed leaf that nobody looked through is surer
+    than rays that did not return.
+    """
     kept: list[OpeningShape] = []
-    for opening in sorted(found, key=lambda o: (-o.confidence, o.storey, o.wall, o.offset)):
+    for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
         wall = storeys[opening.storey].walls[opening.wall]
         length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
@@ -133,6 +137,10 @@ def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[Ope
         if fits and not any(_overlap(opening, k) for k in rivals):
             kept.append(opening)
     return sorted(kept, key=lambda o: (o.storey, o.wall, o.offset))
+
+
+def _shut(opening: OpeningShape) -> bool:
+    return opening.state == "closed" and opening.looked_through < LOOKED_THROUGH
 
 
 def _overlap(a: OpeningShape, b: OpeningShape) -> bool:

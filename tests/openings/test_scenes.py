@@ -90,10 +90,12 @@ def test_doors_ajar_and_passages_are_found_as_openings(model: Modelled, truth: S
         assert found.state != "closed"
 
 
-def test_no_opening_is_found_where_a_door_is_closed(model: Modelled, truth: Scanned) -> None:
+def test_every_closed_door_is_found_closed(model: Modelled, truth: Scanned) -> None:
     for door in (d for d in truth.truth.doors if d.state == "closed"):
         score, found = best(door, model)
-        assert score < 0.1 or (found is not None and found.state == "closed"), door.name
+        assert score > 0.7, door.name
+        assert found is not None
+        assert (found.kind, found.state) == ("door", "closed"), door.name
 
 
 def test_every_opening_that_is_found_exists(model: Modelled, truth: Scanned) -> None:
@@ -128,7 +130,7 @@ def test_evidence_names_stations_that_stand_there(model: Modelled) -> None:
     for opening in model.openings:
         assert set(opening.stations) <= set(model.cloud.panoramas)
         assert opening.stations
-        assert 0.3 < opening.looked_through <= 1.0
+        assert opening.state == "closed" or 0.3 < opening.looked_through <= 1.0
         assert 0.0 < opening.confidence < 1.0
 
 
@@ -209,7 +211,7 @@ def test_a_wide_double_door_is_one_door() -> None:
     assert score > 0.8
     assert found is not None
     assert found.kind == "door"
-    assert [o.kind for o in model.openings if o.kind != "window"] == ["door"]
+    assert [o.kind for o in model.openings if o.kind != "window" and o.state != "closed"] == ["door"]
 
 
 def test_the_leaf_of_an_open_door_tells_its_angle_hinge_and_swing() -> None:

@@ -50,7 +50,7 @@ def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
 
 def _judged(faces: Sequence[Face], box: Rectangle) -> ClosedDoor:
     evidence = evidence_of(faces, box)
-    sides = {face.image.side: found for face, found in zip(faces, evidence, strict=True)}
+    sides: dict[Side, FaceEvidence] = {f.image.side: e for f, e in zip(faces, evidence, strict=True)}
     return ClosedDoor(box, probability(features_of(evidence, box)), sides)
 
 
@@ -58,15 +58,16 @@ def _apart(a: Rectangle, b: Rectangle) -> bool:
     return a.right <= b.left or b.right <= a.left
 
 
-def closed_openings(storey: int, number: int, faces: Sequence[Face]) -> list[OpeningShape]:
-    """The closed doors of wall ``number`` as openings."""
-    return [_opening(storey, number, door) for door in closed_doors(faces)]
+def closed_openings(storey: int, number: int, faces: Sequence[Face], points: WallPoints) -> list[OpeningShape]:
+    """The closed doors of wall ``number`` as openings; ``points`` are those near it."""
+    return [_opening(storey, number, door, points) for door in closed_doors(faces)]
 
 
-def _opening(storey: int, number: int, door: ClosedDoor) -> OpeningShape:
+def _opening(storey: int, number: int, door: ClosedDoor, points: WallPoints) -> OpeningShape:
     box = door.box
-    recess = {side: e.recess for side, e in door.evidence.items() if np.isfinite(e.recess)}
-    nearer = min(recess, key=lambda side: recess[side]) if recess else None
+    on_leaf = (points.along > box.left) & (points.along < box.right) & (points.up < box.top)
+    recess: dict[Side, float] = {side: e.recess for side, e in door.evidence.items() if np.isfinite(e.recess)}
+    nearer: Side | None = min(SIDES, key=lambda side: recess.get(side, np.inf)) if recess else None
     seen = [e for e in door.evidence.values() if e.outline > 0.4]
     return OpeningShape(
         storey,
@@ -82,8 +83,8 @@ def _opening(storey: int, number: int, door: ClosedDoor) -> OpeningShape:
         round(max(e.through for e in door.evidence.values()), 3),
         max(int(e.left > 0.5) + int(e.right > 0.5) for e in door.evidence.values()),
         any(e.lintel > 0.5 for e in door.evidence.values()),
-        0,
-        (),
+        int(on_leaf.sum()),
+        tuple(np.unique(points.station[on_leaf]).tolist()),
         round(door.probability, 3),
         leaves=2 if box.width > LEAVES else 1,
         recess=None if nearer is None else round(max(recess[nearer], 0.0), 4),
