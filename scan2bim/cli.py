@@ -16,6 +16,9 @@ CONVERT = """\
 Convert scans to building model files. What an earlier run has done is kept in a
 work folder: a run that was stopped goes on where it was, and after a changed
 setting only what depends on it runs again."""
+EVALUATE = """\
+Score any tool's IFC model against a truth: detection of doors and windows, overlap of
+areas, sizes, states, hinges, reliability of the confidences; walls, spaces and storeys."""
 EXIT_CODES = """exit codes:
   0 done   1 other error   2 usage   3 unreadable input   4 input that cannot make a building
   5 a stage failed   6 out of memory or disk   130 interrupted"""
@@ -62,6 +65,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_paths(info)
     _add_frame(info)
     info.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    _add_evaluate(commands.add_parser("evaluate", help="how right a building model is", description=EVALUATE))
     doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
     commands.add_parser(
@@ -89,6 +93,12 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
     talk_modes.add_argument("--quiet", action="store_true", help="warnings and errors only")
     talk_modes.add_argument("--json", action="store_true", help="result as JSON, progress as one JSON object a line")
     talk.add_argument("-v", "--verbose", action="count", default=0, help="more (-vv: all) of what goes to the log")
+
+
+def _add_evaluate(evaluate: argparse.ArgumentParser) -> None:
+    evaluate.add_argument("model", metavar="MODEL.ifc", help="the model to score: IFC2X3, IFC4 or IFC4X3")
+    evaluate.add_argument("truth", metavar="TRUTH", help="truth.json of scan2bim simulate, or an IFC model")
+    evaluate.add_argument("--json", action="store_true", help="all scores as JSON on stdout")
 
 
 def _add_work(convert: argparse.ArgumentParser) -> None:

@@ -43,10 +43,23 @@ MAY_IMPORT = {
     "report": {"errors", "support", "model", "geometry"},
     "truth": {"errors", "geometry"},
     "simulate": {"errors", "cloud", "model", "geometry", "truth"},
+    "evaluate": {"errors", "truth"},
     "pipeline": BASE
     | {"readers", "structure", "openings", "verify", "exporters", "report", "cloud", "model", "geometry"},
     "cli": BASE
-    | {"pipeline", "readers", "exporters", "report", "verify", "simulate", "truth", "cloud", "model", "geometry"},
+    | {
+        "pipeline",
+        "readers",
+        "exporters",
+        "report",
+        "verify",
+        "simulate",
+        "evaluate",
+        "truth",
+        "cloud",
+        "model",
+        "geometry",
+    },
 }
 HEAVY = [
     "numpy",

@@ -23,7 +23,7 @@ FRAME_DEPTH = 0.07
 SKIRTING_DEPTH = 0.014
 """How far skirting boards stand out, metres."""
 SKIRTING_COLOUR: Rgb = (206, 202, 194)
-STOP = (0.03, 0.025)
+STOP = (0.013, 0.025)
 """How far the stop behind a leaf with gaps reaches into the opening, and its depth, metres: a usual rebate."""
 FLOOR_GAP = 0.006
 """Under a leaf with gaps, metres."""
