@@ -45,7 +45,7 @@ class Stage:
 
 
 SURVEY = Stage("survey", 1, (), lambda s: s.frame, 0.3, 0)
-READ = Stage("read", 3, ("survey",), lambda s: s.read, 2.0, 0)
+READ = Stage("read", 4, ("survey",), lambda s: s.read, 2.0, 0)
 SURFELS = Stage("surfels", 2, ("read",), lambda s: s.surfels, 0.3, 150)
 STRUCTURE = Stage("structure", 4, ("surfels", "read"), lambda s: s.structure, 1.0, 130)
 OPENINGS = Stage("openings", 6, ("structure", "surfels", "read"), lambda s: s.openings, 0.3, 80)

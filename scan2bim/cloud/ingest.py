@@ -156,20 +156,25 @@ def _source_order(chunk: Chunk, header: ScanHeader) -> NDArray[np.int64]:
     return np.where(known[place] == chunk.source, place, 0)
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, fastmath={"nnan", "nsz"})
 def _transform(xyz, matrix, offset):  # pyright: ignore
     """``matrix @ p + offset`` for each point, as (n, 3) float32, and the bounds (2, 3) of the result."""
     out = np.empty(xyz.shape, np.float32)
     bounds = np.empty((2, 3))
     bounds[0] = np.inf
     bounds[1] = -np.inf
-    for i in range(xyz.shape[0]):
-        x = xyz[i, 0]
-        y = xyz[i, 1]
-        z = xyz[i, 2]
-        for k in range(3):
-            value = np.float32(matrix[k, 0] * x + matrix[k, 1] * y + matrix[k, 2] * z + offset[k])
+    for k in range(3):
+        a = matrix[k, 0]
+        b = matrix[k, 1]
+        c = matrix[k, 2]
+        d = offset[k]
+        low = np.float32(np.inf)
+        high = np.float32(-np.inf)
+        for i in range(np.uint64(xyz.shape[0])):
+            value = np.float32(a * xyz[i, 0] + b * xyz[i, 1] + c * xyz[i, 2] + d)
             out[i, k] = value
-            bounds[0, k] = min(bounds[0, k], value)
-            bounds[1, k] = max(bounds[1, k], value)
+            low = value if value < low else low
+            high = value if value > high else high
+        bounds[0, k] = low
+        bounds[1, k] = high
     return out, bounds

@@ -126,7 +126,7 @@ def add_hits(local, position, ranges):  # pyright: ignore
     """
     edge = ranges.shape[1]
     layered = 0
-    for i in range(local.shape[0]):
+    for i in range(np.uint64(local.shape[0])):
         dx = local[i, 0] - position[0]
         dy = local[i, 1] - position[1]
         dz = local[i, 2] - position[2]

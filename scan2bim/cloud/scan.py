@@ -13,8 +13,8 @@ F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 U16 = NDArray[np.uint16]
 
-CHUNK_POINTS = 500_000
-"""Points per chunk: some 20 MB with colour, small beside the program itself, large beside the cost of a call."""
+CHUNK_POINTS = 1 << 17
+"""Points per chunk: some 5 MB with colour, so that it stays near the processor, and large beside the cost of a call."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

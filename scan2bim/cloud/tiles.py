@@ -83,9 +83,9 @@ class TileWriter:
             )
         starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
         records = np.empty(len(local), POINT)
-        flat = records.view(np.uint8).reshape(-1, POINT.itemsize)
+        words = records.view(np.uint32).reshape(-1, 3)
         _scatter(
-            local, rgb, grey, station, slots, starts.copy(), np.float32(STEPS / TILE), keys, np.float32(TILE), flat
+            local, rgb, grey, station, slots, starts.copy(), np.float32(STEPS / TILE), keys, np.float32(TILE), words
         )
         self._file.write(records.data)
         runs = np.zeros(len(keys), RUN)
@@ -114,67 +114,75 @@ def read_tile(index: TileIndex, tile: NDArray[np.int32]) -> NDArray[np.void]:
 
 @nb.njit(cache=True, nogil=True)
 def _group(local, inverse):  # pyright: ignore
-    """Slot of each point's tile (n,), the tiles' keys (t, 3) and their point counts (t,)."""
+    """Slot of each point's tile (n,), the tiles' keys (t, 3) and their point counts (t,); stops beyond
+    MAX_TILES_A_CHUNK tiles.
+    """
     n = local.shape[0]
     slots = np.empty(n, np.int32)
     keys = np.empty((1024, 3), np.int32)
     counts = np.zeros(1024, np.int64)
     table = np.full(TABLE, -1, np.int32)
     used = 0
-    lx = np.int32(0)
-    ly = np.int32(0)
-    lz = np.int32(0)
-    slot = -1
-    for i in range(n):
-        x = np.int32(np.floor(local[i, 0] * inverse))
-        y = np.int32(np.floor(local[i, 1] * inverse))
-        z = np.int32(np.floor(local[i, 2] * inverse))
-        if slot < 0 or x != lx or y != ly or z != lz:
-            h = (x * 73_856_093 ^ y * 19_349_663 ^ z * 83_492_791) & (TABLE - 1)
-            slot = -1
-            while table[h] >= 0:
-                s = table[h]
-                if keys[s, 0] == x and keys[s, 1] == y and keys[s, 2] == z:
-                    slot = s
-                    break
-                h = (h + 1) & (TABLE - 1)
-            if slot < 0:
-                if used > MAX_TILES_A_CHUNK:
-                    break
-                if used == keys.shape[0]:
-                    bigger = np.empty((2 * used, 3), np.int32)
-                    bigger[:used] = keys
-                    keys = bigger
-                    more = np.zeros(2 * used, np.int64)
-                    more[:used] = counts
-                    counts = more
-                keys[used, 0] = x
-                keys[used, 1] = y
-                keys[used, 2] = z
-                table[h] = used
-                slot = used
-                used += 1
-            lx = x
-            ly = y
-            lz = z
-        slots[i] = slot
-        counts[slot] += 1
+    i = 0
+    while i < n and used <= MAX_TILES_A_CHUNK:
+        corner = (np.floor(local[i, 0] * inverse), np.floor(local[i, 1] * inverse), np.floor(local[i, 2] * inverse))
+        key = (np.int32(corner[0]), np.int32(corner[1]), np.int32(corner[2]))
+        slot, place = _look_up(key, keys, table)
+        if slot < 0:
+            if used == keys.shape[0]:
+                keys = np.concatenate((keys, np.empty_like(keys)))
+                counts = np.concatenate((counts, np.zeros_like(counts)))
+            slot = used
+            used += 1
+            table[place] = slot
+            keys[slot, 0], keys[slot, 1], keys[slot, 2] = key
+        run = _run(local, i, inverse, corner, slot, slots)
+        counts[slot] += run
+        i += run
     return slots, keys[:used].copy(), counts[:used].copy()
 
 
 @nb.njit(cache=True, nogil=True)
+def _look_up(key, keys, table):  # pyright: ignore
+    """Slot of a tile, -1 if it has none, and where in the table of slots it stands or should."""
+    place = (key[0] * 73_856_093 ^ key[1] * 19_349_663 ^ key[2] * 83_492_791) & (TABLE - 1)
+    while table[place] >= 0:
+        slot = table[place]
+        if keys[slot, 0] == key[0] and keys[slot, 1] == key[1] and keys[slot, 2] == key[2]:
+            return slot, place
+        place = (place + 1) & (TABLE - 1)
+    return -1, place
+
+
+@nb.njit(cache=True, nogil=True)
+def _run(local, first, inverse, corner, slot, slots):  # pyright: ignore
+    """How many points from the first on lie in the tile at ``corner``, one at least; they get its slot."""
+    one = np.float32(1.0)
+    x, y, z = corner
+    begin = np.uint64(first)
+    slots[begin] = slot
+    for i in range(begin + np.uint64(1), np.uint64(local.shape[0])):
+        u = local[i, 0] * inverse
+        v = local[i, 1] * inverse
+        w = local[i, 2] * inverse
+        if not ((u >= x) & (u < x + one) & (v >= y) & (v < y + one) & (w >= z) & (w < z + one)):
+            return np.int64(i) - first
+        slots[i] = slot
+    return local.shape[0] - first
+
+
+@nb.njit(cache=True, nogil=True)
 def _scatter(local, rgb, grey, station, slots, at, scale, keys, tile, out):  # pyright: ignore
-    """Write each point as 12 little-endian bytes at its tile's next place; ``at`` (t,) are the first places."""
-    for i in range(local.shape[0]):
-        s = slots[i]
-        j = at[s]
+    """Write each point as 3 little-endian words (the 12 bytes of POINT) at its tile's next place, to ``out`` (n, 3)
+    uint32; ``at`` (t,) are the first places.
+    """
+    for i in range(np.uint64(local.shape[0])):
+        s = np.uint64(slots[i])
+        j = np.uint64(at[s])
         at[s] += 1
-        for k in range(3):
-            q = int((local[i, k] - keys[s, k] * tile) * scale)
-            q = min(max(q, 0), 65_535)
-            out[j, 2 * k] = q & 255
-            out[j, 2 * k + 1] = q >> 8
-            out[j, 6 + k] = rgb[i, k]
-        out[j, 9] = grey[i]
-        out[j, 10] = station[i] & 255
-        out[j, 11] = station[i] >> 8
+        x = min(max(int((local[i, 0] - keys[s, 0] * tile) * scale), 0), 65_535)
+        y = min(max(int((local[i, 1] - keys[s, 1] * tile) * scale), 0), 65_535)
+        z = min(max(int((local[i, 2] - keys[s, 2] * tile) * scale), 0), 65_535)
+        out[j, 0] = x | y << 16
+        out[j, 1] = z | int(rgb[i, 0]) << 16 | int(rgb[i, 1]) << 24
+        out[j, 2] = int(rgb[i, 2]) | int(grey[i]) << 8 | int(station[i]) << 16

@@ -20,8 +20,8 @@ from scan2bim.readers.e57_file import Section, check_file
 from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
 from scan2bim.readers.e57_layout import Buffers, Layout, Limits, Node, make_buffers, scan_layout
 from scan2bim.readers.e57_pages import check_pages
-from scan2bim.readers.e57_points import PointReader, point_reader
-from scan2bim.readers.points import START_SPREAD, join_chunks, make_chunk, stretch
+from scan2bim.readers.e57_points import PointReader, keep_points, point_reader
+from scan2bim.readers.points import START_SPREAD, join_chunks, stretch, unit_range
 
 __all__ = ["read_chunks", "read_headers", "sample_points"]
 
@@ -95,27 +95,25 @@ def sample_points(header: ScanHeader, count: int) -> Chunk:
 
 
 def _chunk(header: ScanHeader, layout: Layout, buffers: Buffers, count: int) -> Chunk:
+    raw = buffers.xyz[:count]
     with np.errstate(invalid="ignore", over="ignore"):
-        xyz = _coordinates(header, layout, buffers.xyz[:count])
+        points = to_cartesian(raw) if layout.spherical else raw
+    state = np.zeros(0, np.uint8) if buffers.state is None else buffers.state[:count]
+    # A point exactly in the scanner's centre is none: writers that know no invalid state mark no-return so.
+    centre = header.pose is not None and not header.origin.any()
+    xyz, rows, missed = keep_points(points, header.origin, state, centre)
+    misses = _directions(raw[state == 1], layout) if missed else np.zeros((0, 3), np.float32)
     rgb = _colours(layout.colour, buffers.rgb[:count]) if layout.colour and buffers.rgb is not None else None
     intensity = (
-        _intensities(layout.intensity, buffers.intensity[:count])
+        unit_range(_intensities(layout.intensity, buffers.intensity[:count]))
         if layout.intensity and buffers.intensity is not None
         else None
     )
-    valid, misses = _validity(
-        header, xyz, None if buffers.state is None else buffers.state[:count], layout, buffers.xyz[:count]
-    )
-    return make_chunk(xyz, rgb, intensity, valid=valid, misses=misses)
-
-
-def _coordinates(header: ScanHeader, layout: Layout, raw: NDArray[Any]) -> F32:
-    """Raw coordinates (n, 3) as Cartesian float32 less the origin, always a copy."""
-    if layout.spherical:
-        raw = to_cartesian(raw)
-    if header.origin.any():
-        raw = raw - header.origin
-    return raw.astype(np.float32)
+    if len(rows) < count:
+        rgb = None if rgb is None else np.take(rgb, rows, axis=0)
+        intensity = None if intensity is None else intensity[rows]
+    dropped = count - len(rows) - len(misses)
+    return Chunk(xyz, rgb, intensity, None, misses if len(misses) else None, dropped)
 
 
 def _colours(limits: tuple[Limits, Limits, Limits], raw: NDArray[Any]) -> U8:
@@ -134,24 +132,6 @@ def _intensities(limits: Limits, raw: F32) -> F32:
     if max(abs(limits.low), abs(limits.high)) < 1e6:
         return (raw - np.float32(limits.low)) * np.float32(1.0 / (limits.high - limits.low))
     return stretch(raw, limits.low, limits.high)
-
-
-def _validity(
-    header: ScanHeader, xyz: F32, state: U8 | None, layout: Layout, raw: NDArray[Any]
-) -> tuple[NDArray[np.bool_] | None, F32 | None]:
-    """Which records are points (None: all), and the directions of those that are misses.
-
-    A point exactly in the scanner's centre is none: writers that know no invalid state mark no-return so.
-    """
-    valid = None
-    if header.pose is not None and not header.origin.any():
-        nowhere = (xyz[:, 0] == 0) & (xyz[:, 1] == 0) & (xyz[:, 2] == 0)
-        valid = ~nowhere if nowhere.any() else None
-    if state is None or not state.any():
-        return valid, None
-    misses = _directions(raw[state == 1], layout)
-    points = state == 0
-    return points if valid is None else valid & points, misses if len(misses) else None
 
 
 def _directions(raw: NDArray[Any], layout: Layout) -> F32:

@@ -19,6 +19,7 @@ from scan2bim.errors import DamagedFileError
 from scan2bim.readers.e57_file import Section
 from scan2bim.readers.e57_layout import COLOURS, Buffers, Layout, Node, libe57, prototype
 from scan2bim.readers.e57_streams import ByteStreams
+from scan2bim.readers.points import LIMIT
 
 EXACT = 53
 """Bits of the whole numbers that float64 holds exactly."""
@@ -145,11 +146,43 @@ def point_reader(path: Path, section: Section, scan: Node, layout: Layout, buffe
 @nb.njit(cache=True, nogil=True)
 def _unpack_whole(words, skip, bits, low, scale, offset, values):  # pyright: ignore
     """Numbers of ``bits`` bits, lowest bit first, from bit ``skip`` of ``words`` uint64 on, as ``values`` (n,)."""
-    mask = (np.uint64(1) << np.uint64(bits)) - np.uint64(1)
-    one, most = np.uint64(1), np.uint64(63)
-    for i in range(values.shape[0]):
-        place = skip + i * bits
-        word = place >> 6
-        shift = np.uint64(place & 63)
+    one, six, most = np.uint64(1), np.uint64(6), np.uint64(63)
+    mask = (one << np.uint64(bits)) - one
+    first = np.uint64(skip)
+    width = np.uint64(bits)
+    for i in range(np.uint64(values.shape[0])):
+        place = first + i * width
+        word = place >> six
+        shift = place & most
         number = (words[word] >> shift | (words[word + 1] << one) << (most - shift)) & mask
         values[i] = (low + np.int64(number)) * scale + offset
+
+
+@nb.njit(cache=True, nogil=True)
+def keep_points(raw, origin, state, centre):  # pyright: ignore
+    """Coordinates (n, 3) less origin as float32 and row numbers of the records that are points, and how many records
+    are directions without a range.
+
+    Those with a ``state`` (n,) other than 0 are none (empty: all may be), nor those beyond LIMIT or not finite, nor, if
+    ``centre`` is to be left out, those at (0, 0, 0).
+    """
+    count = raw.shape[0]
+    xyz = np.empty((count, 3), np.float32)
+    rows = np.empty(count, np.int64)
+    kept = np.uint64(0)
+    missed = 0
+    for i in range(np.uint64(count)):
+        if state.shape[0] > 0 and state[i] != 0:
+            missed += state[i] == 1
+            continue
+        x = np.float32(raw[i, 0] - origin[0])
+        y = np.float32(raw[i, 1] - origin[1])
+        z = np.float32(raw[i, 2] - origin[2])
+        inside = abs(x) < LIMIT and abs(y) < LIMIT and abs(z) < LIMIT
+        if inside and not (centre and x == 0.0 and y == 0.0 and z == 0.0):
+            xyz[kept, 0] = x
+            xyz[kept, 1] = y
+            xyz[kept, 2] = z
+            rows[kept] = i
+            kept += np.uint64(1)
+    return xyz[:kept], rows[:kept], missed

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.e57_file import PAGE, PAYLOAD, Section
-from scan2bim.readers.e57_pages import CRC_TABLES, unpage, wrong_page
+from scan2bim.readers.e57_pages import CRC_TABLES, copy_bytes, unpage, wrong_page
 
 BLOCK = 256
 """Pages read at a time: a quarter of a megabyte, which stays in the processor's cache."""
@@ -175,7 +175,7 @@ def _take(payload, start, length, slots, streams, fill):  # pyright: ignore
         size = _short(payload, start + LEAST + 2 * field)
         row = slots[field]
         if row >= 0:
-            streams[row, fill[row] : fill[row] + size] = payload[at : at + size]
+            copy_bytes(payload, at, size, streams[row], fill[row])
             fill[row] += size
         at += size
     return _MORE
