@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import ifcopenshell
 import numpy as np
 import pytest
 import shapely
+from conftest import FLAT_OUTPUTS
 from modelled import rectangle_overlap
 from numpy.typing import NDArray
 from pxr import Usd
@@ -20,25 +19,12 @@ from pxr import Usd
 import scan2bim
 
 FLAT = Path(scan2bim.__file__).parent.parent / "samples" / "flat"
-NAMES = ("flat.ifc", "flat.usdz", "flat.json", "flat.svg", "flat.png", "flat.view.png")
 F64 = NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """The folder with the outputs, and what the command said on stdout."""
-    folder = tmp_path_factory.mktemp("flat")
-    outputs = [argument for name in NAMES for argument in ("-o", str(folder / name))]
-    arguments = ["convert", str(FLAT), *outputs]
-    code = f"import sys; from scan2bim.cli import main; sys.exit(main({arguments!r}))"
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert result.returncode == 0, result.stderr
-    return folder, result.stdout
-
-
-@pytest.fixture(scope="module")
-def storey(run: tuple[Path, str]) -> dict[str, Any]:
-    return json.loads((run[0] / "flat.json").read_text(encoding="utf-8"))["storeys"][0]
+def storey(converted_flat: tuple[Path, str]) -> dict[str, Any]:
+    return json.loads((converted_flat[0] / "flat.json").read_text(encoding="utf-8"))["storeys"][0]
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +32,9 @@ def truth() -> dict[str, Any]:
     return json.loads((FLAT / "truth.json").read_text(encoding="utf-8"))
 
 
-def test_all_outputs_appear_and_are_named_on_stdout(run: tuple[Path, str]) -> None:
-    folder, said = run
-    for name in NAMES:
+def test_all_outputs_appear_and_are_named_on_stdout(converted_flat: tuple[Path, str]) -> None:
+    folder, said = converted_flat
+    for name in FLAT_OUTPUTS:
         assert (folder / name).stat().st_size > 1000
         assert name in said
 
@@ -120,8 +106,8 @@ def test_doors_that_stand_open_have_their_leaves(storey: dict[str, Any], truth: 
     assert [angle for angle, _ in found] == pytest.approx([angle for angle, _ in true], abs=math.radians(10))
 
 
-def test_ifc_and_usd_hold_the_same_rooms(run: tuple[Path, str], storey: dict[str, Any]) -> None:
-    folder, _ = run
+def test_ifc_and_usd_hold_the_same_rooms(converted_flat: tuple[Path, str], storey: dict[str, Any]) -> None:
+    folder, _ = converted_flat
     file = ifcopenshell.open(str(folder / "flat.ifc"))
     assert len(file.by_type("IfcSpace")) == len(storey["spaces"])
     assert len(file.by_type("IfcOpeningElement")) == sum(len(wall["openings"]) for wall in storey["walls"])

@@ -107,15 +107,15 @@ def wall_mesh(form: WallForm) -> Mesh:
 def wall_pieces(form: WallForm) -> Floats:
     """(n, 8, 3): convex blocks that fill the wall round its openings, in the mesh's frame.
 
-    Of each block the corners lie in the order of ``BOX_CORNERS``. Ends are square: they reach at least to the ends of
-    the axis, so that the blocks of walls that join leave no gap.
+    Of each block the corners lie in the order of ``BOX_CORNERS``. Ends are square: skew ones reach at least to the ends
+    of the axis, so that the blocks of walls that meet in a corner leave no gap.
     """
     if form.empty:
         return np.zeros((0, 8, 3))
     grid = _grid(form, tips=False)
-    length = form.axis.length
-    xs = grid.xs.copy()
-    xs[0], xs[-1] = min(form.ends.common[0], 0.0), max(form.ends.common[1], length)
+    (start, end), xs = form.ends.common, grid.xs.copy()
+    xs[0] = start if form.ends.square_start else min(start, 0.0)
+    xs[-1] = end if form.ends.square_end else max(end, form.axis.length)
     x, y, z = np.meshgrid(xs, grid.ys, grid.zs, indexing="ij")
     corners = _bend(form, x, y, _clamp_heights(form, x, z))
     boxes = [
