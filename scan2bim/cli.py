@@ -19,6 +19,11 @@ setting only what depends on it runs again."""
 EVALUATE = """\
 Score any tool's IFC model against a truth: detection of doors and windows, overlap of
 areas, sizes, states, hinges, reliability of the confidences; walls, spaces and storeys."""
+VERIFY = """\
+Compare a model (any IFC) with scans: what was not built as drawn, by how much,
+and what could not be seen. The report's folder gets report.html, report.json,
+findings.bcf and a copy of the model with the results."""
+FAILING = ("out-of-tolerance", "missing", "occluded", "not-enough-data", "additions", "misplaced-scans")
 EXIT_CODES = """exit codes:
   0 done   1 other error   2 usage   3 unreadable input   4 input that cannot make a building
   5 a stage failed   6 out of memory or disk   130 interrupted"""
@@ -61,6 +66,14 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_convert(convert)
+    verify = commands.add_parser(
+        "verify",
+        help="a model against scans: what was not built as drawn",
+        description=VERIFY,
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_verify(verify)
     info = commands.add_parser("info", help="what is in the scans", description="Tell what is in the scans.")
     _add_paths(info)
     _add_frame(info)
@@ -68,9 +81,10 @@ def build_parser() -> argparse.ArgumentParser:
     _add_evaluate(commands.add_parser("evaluate", help="how right a building model is", description=EVALUATE))
     doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
-    commands.add_parser(
-        "schema", help="print the model's JSON Schema", description="Print the JSON Schema of the model's .json files."
+    schema = commands.add_parser(
+        "schema", help="print a JSON Schema", description="Print the JSON Schema of the model's .json files."
     )
+    schema.add_argument("of", nargs="?", choices=("model", "report"), default="model", help="report: of report.json")
     return parser
 
 
@@ -85,10 +99,53 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
         help="file to write (.ifc .usda .usdc .usdz .json; plan: .svg .png; picture: .view.png) or folder (all of "
         "them); may be given again",
     )
+    convert.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")
     convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
     _add_work(convert)
     _add_frame(convert)
-    talk = convert.add_argument_group("talk (on stderr; the result goes to stdout)")
+    _add_talk(convert)
+
+
+def _add_verify(verify: argparse.ArgumentParser) -> None:
+    verify.add_argument("model", metavar="MODEL.ifc", help="the model, IFC 2x3, 4 or 4x3")
+    _add_paths(verify)
+    verify.add_argument("-o", "--output", required=True, metavar="DIR", help="folder of the report")
+    limits = verify.add_argument_group("tolerance (per class: [verify] classes in --config)")
+    limit = limits.add_mutually_exclusive_group()
+    limit.add_argument("--tolerance", metavar="LENGTH", help="such as 15mm, 2cm or 0.6in (default: 15mm)")
+    limit.add_argument("--loa", type=int, choices=(20, 30, 40, 50), help="20: 50 mm, 30: 15 mm, 40: 5 mm, 50: 1 mm")
+    limits.add_argument(
+        "--fail-on",
+        metavar="WHAT[,WHAT]",
+        help=f"exit code 1 if there is any: {', '.join(FAILING)}",
+    )
+    place = verify.add_argument_group("placing")
+    place.add_argument(
+        "--transform",
+        metavar="FILE",
+        help="text file with 16 numbers, the rows of the rigid motion from the model (metres) to the scans (metres)",
+    )
+    place.add_argument(
+        "--placing",
+        choices=("auto", "stated", "align"),
+        default="auto",
+        help="auto: by stated coordinates, aligned where these do not fit; stated: never aligned; align: always",
+    )
+    place.add_argument("--no-fit", action="store_true", help="compare as placed, without the final best fit")
+    verify.add_argument(
+        "--also",
+        action="append",
+        default=[],
+        choices=("classified",),
+        help="further output: classified: all points with their element (LAZ; takes long)",
+    )
+    _add_work(verify)
+    _add_frame(verify)
+    _add_talk(verify)
+
+
+def _add_talk(parser: argparse.ArgumentParser) -> None:
+    talk = parser.add_argument_group("talk (on stderr; the result goes to stdout)")
     talk_modes = talk.add_mutually_exclusive_group()
     talk_modes.add_argument("--quiet", action="store_true", help="warnings and errors only")
     talk_modes.add_argument("--json", action="store_true", help="result as JSON, progress as one JSON object a line")
@@ -106,7 +163,6 @@ def _add_work(convert: argparse.ArgumentParser) -> None:
     work.add_argument("--config", metavar="FILE", help="settings (TOML); the work folder's config.toml shows all")
     work.add_argument("--work", metavar="DIR", help="work folder (default: hidden, beside the first output)")
     work.add_argument("--rerun-from", choices=STAGES, metavar="STAGE", help=f"run again from: {', '.join(STAGES)}")
-    work.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")
     work.add_argument("--keep-going", action="store_true", help="leave unreadable scans out instead of stopping")
     work.add_argument("--jobs", type=_positive, metavar="N", help="processes that read (default: by cores and input)")
 

@@ -91,14 +91,51 @@ class OpeningSettings(Section):
     )
 
 
+class VerifySettings(Section):
+    """Model against scans."""
+
+    tolerance: float = Field(
+        default=0.015,
+        gt=0,
+        le=0.15,
+        description="Deviation (m) up to which an element is in tolerance; 0.015: LOA30, usual for as-built work.",
+    )
+    classes: tuple[str, ...] = Field(
+        default=(),
+        description='Other tolerances for classes, as ["IfcColumn=0.01", "IfcSlab=0.02"], metres.',
+    )
+
+    @field_validator("classes")
+    @classmethod
+    def _class_tolerances(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for entry in value:
+            name, _, metres = entry.partition("=")
+            if not name.strip().startswith("Ifc") or not _is_length(metres):
+                raise ValueError('expected entries such as "IfcColumn=0.01" (metres, up to 0.15)')
+        return value
+
+    def tolerance_of(self, ifc_class: str) -> float:
+        """Metres, for an element of a class."""
+        own = {name.strip().lower(): float(metres) for name, _, metres in (e.partition("=") for e in self.classes)}
+        return own.get(ifc_class.lower(), self.tolerance)
+
+
+def _is_length(text: str) -> bool:
+    try:
+        return 0 < float(text) <= 0.15
+    except ValueError:
+        return False
+
+
 class Settings(Section):
-    """All settings of a conversion."""
+    """All settings of a conversion or verification."""
 
     frame: FrameSettings = FrameSettings()
     read: ReadSettings = ReadSettings()
     surfels: SurfelSettings = SurfelSettings()
     structure: StructureSettings = StructureSettings()
     openings: OpeningSettings = OpeningSettings()
+    verify: VerifySettings = VerifySettings()
 
 
 def load_settings(path: Path | None = None, overrides: Mapping[str, Mapping[str, object]] | None = None) -> Settings:

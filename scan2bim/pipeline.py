@@ -77,25 +77,21 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
 
     with RunLog() as log:
         scans = checked_inputs(request)
-        _tell_headers(scans, reporter)
+        tell_headers(scans, reporter)
         with open_work(request.work) as work:
             log.open(work.root / "log.txt")
-            run = _Run(request, reporter, work)
+            run = Run(request, reporter, work)
             run.begin(scans)
-            scans, frame = run.survey(scans)
-            scans, folders = run.read(scans, frame)
-            keys = later_keys(request.settings, scans, request.name, frame)
-            folders = replace(folders, surfels=run.stage(SURFELS, keys, run_surfels, folders))
-            folders = replace(folders, structure=run.stage(STRUCTURE, keys, run_structure, folders))
-            folders = replace(folders, openings=run.stage(OPENINGS, keys, run_openings, folders))
-            building = run.model(scans, frame, keys, folders)
+            scans, frame, keys, folders = run.measure(scans)
+            building = run.recognise(scans, frame, keys, folders)
             with run.timed(EXPORT):
                 written = write_outputs(building, request.outputs)
             run.tidy()
             return Outcome(building, written, tuple(run.done), len(scans.scans), scans.points, scans.skipped)
 
 
-def _tell_headers(scans: ScanSet, reporter: Reporter) -> None:
+def tell_headers(scans: ScanSet, reporter: Reporter) -> None:
+    """What was left out, and what the readers remark of the files."""
     for text in scans.skipped:
         reporter.warning(f"left out: {text}")
     for scan in scans.scans:
@@ -103,7 +99,7 @@ def _tell_headers(scans: ScanSet, reporter: Reporter) -> None:
             reporter.warning(f"{scan.header.path}: {note}")
 
 
-class _Run:
+class Run:
     """One run: gives each stage its kept result, or lets it make a new one."""
 
     def __init__(self, request: Request, reporter: Reporter, work: WorkFolder) -> None:
@@ -134,6 +130,19 @@ class _Run:
             text = f"{size(free)} are free, but the work may take {size(disk)}. --work DIR takes another disk."
             self.reporter.warning(f"{self.work.root}: {text}")
         self._replan(scans, None)
+
+    def measure(self, scans: ScanSet) -> tuple[ScanSet, SurveyFrame, Keys, Folders]:
+        """The scans, read and merged to surfels: their frame, the keys of what follows, and the results' folders."""
+        scans, frame = self.survey(scans)
+        scans, folders = self.read(scans, frame)
+        keys = later_keys(self.settings, scans, self.request.name, frame)
+        return scans, frame, keys, replace(folders, surfels=self.stage(SURFELS, keys, run_surfels, folders))
+
+    def recognise(self, scans: ScanSet, frame: SurveyFrame, keys: Keys, folders: Folders) -> Building:
+        """The building that the measured scans show."""
+        folders = replace(folders, structure=self.stage(STRUCTURE, keys, run_structure, folders))
+        folders = replace(folders, openings=self.stage(OPENINGS, keys, run_openings, folders))
+        return self.model(scans, frame, keys, folders)
 
     def survey(self, scans: ScanSet) -> tuple[ScanSet, SurveyFrame]:
         """The frame of all scans; scans that cannot be sampled are left out, if that is allowed."""

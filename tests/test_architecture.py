@@ -24,7 +24,8 @@ LAYER_OF_MODULE = {
     "config": "config",
     **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "allocator", "parallel"), "support"),
     **dict.fromkeys(
-        ("pipeline", "stages", "reading", "planning", "estimate", "views", "scans", "assemble"), "pipeline"
+        ("pipeline", "stages", "reading", "planning", "estimate", "views", "scans", "assemble", "verification"),
+        "pipeline",
     ),
 }
 BASE = {"errors", "config", "support"}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from types import FrameType
 
@@ -17,7 +18,7 @@ from scan2bim.errors import UsageError
 from scan2bim.exporters.registry import suffix_of
 from scan2bim.pipeline import convert
 from scan2bim.planning import Request, plan
-from scan2bim.progress import Message, Reporter, size
+from scan2bim.progress import Message, Reporter, View, size
 from scan2bim.views import LogToView, Mode, make_view, write_line
 from scan2bim.workfolder import folder_bytes
 
@@ -32,19 +33,31 @@ def run(options: Namespace) -> int:
         planned = plan(request)
         write_line(sys.stdout, json.dumps(plan_json(planned, request)) if options.json else plan_text(planned, request))
         return 0
+    with talking(options) as view:
+        outcome = convert(request, Reporter(view))
+        tell_work(request.work, view)
+    write_line(sys.stdout, json.dumps(outcome_json(outcome, request)) if options.json else outcome_text(outcome))
+    return 0
+
+
+@contextlib.contextmanager
+def talking(options: Namespace) -> Generator[View]:
+    """Around a run: what shows its progress and its log, as the options want it; an end from outside as Ctrl-C."""
     signal.signal(signal.SIGTERM, _interrupt)
     mode: Mode = "json" if options.json else "quiet" if options.quiet else "auto"
     view = make_view(mode)
     handler = LogToView(view, LEVELS[min(options.verbose, len(LEVELS) - 1)])
     logging.getLogger("scan2bim").addHandler(handler)
     try:
-        outcome = convert(request, Reporter(view))
-        view.show(Message(f"work folder: {request.work} keeps {size(folder_bytes(request.work))} for the next run"))
+        yield view
     finally:
         view.close()
         logging.getLogger("scan2bim").removeHandler(handler)
-    write_line(sys.stdout, json.dumps(outcome_json(outcome, request)) if options.json else outcome_text(outcome))
-    return 0
+
+
+def tell_work(work: Path, view: View) -> None:
+    """Say where results are kept, and how much of them."""
+    view.show(Message(f"work folder: {work} keeps {size(folder_bytes(work))} for the next run"))
 
 
 def make_request(options: Namespace) -> Request:

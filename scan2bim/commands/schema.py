@@ -1,14 +1,19 @@
-"""``scan2bim schema``: the JSON Schema of the model's files."""
+"""``scan2bim schema``: the JSON Schema of the model's files or of a verification's report."""
 
 from __future__ import annotations
 
 import sys
 from argparse import Namespace
 
-from scan2bim.model.io import schema_text
-
 
 def run(options: Namespace) -> int:
     """Print the schema."""
-    sys.stdout.write(schema_text())
+    if options.of == "report":
+        from scan2bim.verify.result import report_schema
+
+        sys.stdout.write(report_schema())
+    else:
+        from scan2bim.model.io import schema_text
+
+        sys.stdout.write(schema_text())
     return 0

@@ -1,0 +1,254 @@
+"""The surfaces of a model as plane faces cut into square cells: what points are assigned to and rays are cast at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.verify.ifc_model import ModelElement
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+
+CELL = 0.05
+"""Edge of a cell, metres: several points of a usual scan lie in it, and a door frame is wider."""
+MOST_CELLS = 8e6
+"""Cells from which on they are made larger: 8 million take 200 MB."""
+LEAST_CELL = 0.01
+"""Faces narrower than two of these (metres) are left out: no scanner resolves them."""
+MOST_FACES = 600
+"""Faces of an element that are kept, the largest: a wash basin is drawn with thousands."""
+ANGLE_STEP = 0.004
+"""Normals are grouped in steps of this (radians): far below what the drawing of a curve is divided in."""
+OFFSET_STEP = 0.002
+"""Planes are grouped in steps of this, metres: less than any comparison resolves."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceTable:
+    """f plane faces of a model and their c cells, metres in one frame.
+
+    element (f,) int32 place in the model's elements; normal, origin, u, v (f, 3) float64: outward normal, a corner of
+    the cells' grid and its axes; size (f,) float64 edge of a cell; shape (f, 2) int32 cells along u and v; start (f,)
+    int64 first entry in ``grid``; grid (g,) int32 cell number or -1; two_sided (f,) bool where the body is open, so
+    that its outside is not known; glass (f,) bool.
+    cell_face (c,) int32, cell_at (c, 2) int32 place in the face's grid.
+    """
+
+    element: I32
+    normal: F64
+    origin: F64
+    u: F64
+    v: F64
+    size: F64
+    shape: I32
+    start: I64
+    grid: I32
+    two_sided: NDArray[np.bool_]
+    glass: NDArray[np.bool_]
+    cell_face: I32
+    cell_at: I32
+
+    def __len__(self) -> int:
+        return len(self.element)
+
+    @property
+    def cell_element(self) -> I32:
+        """(c,) the element of each cell."""
+        return self.element[self.cell_face]
+
+    @property
+    def cell_area(self) -> F64:
+        """(c,) square metres."""
+        return self.size[self.cell_face] ** 2
+
+    def centres(self, cells: I64 | NDArray[np.bool_] | slice = slice(None)) -> F64:
+        """(k, 3) middles of the cells."""
+        face = self.cell_face[cells]
+        along = (self.cell_at[cells] + 0.5) * self.size[face][:, None]
+        return self.origin[face] + along[:, :1] * self.u[face] + along[:, 1:] * self.v[face]
+
+    def moved(self, matrix: F64) -> FaceTable:
+        """By a rigid motion (4, 4)."""
+        turn = matrix[:3, :3].T
+        return replace(
+            self,
+            normal=self.normal @ turn,
+            origin=self.origin @ turn + matrix[:3, 3],
+            u=self.u @ turn,
+            v=self.v @ turn,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    """The triangles (t, 3, 3) of one plane of an element."""
+
+    element: int
+    normal: F64
+    corners: F64
+    two_sided: bool
+    glass: bool
+
+
+def make_faces(elements: Sequence[ModelElement], anchor: F64) -> FaceTable:
+    """Faces and cells of all elements but openings; ``anchor`` (3,) is taken off all coordinates."""
+    groups: list[_Group] = []
+    for number, element in enumerate(elements):
+        if element.role != "opening":
+            groups += _planes(number, element, anchor)
+    area = sum(float(_areas(g.corners).sum()) for g in groups)
+    return _table(groups, max(CELL, math.sqrt(area / MOST_CELLS)))
+
+
+def oriented(vertices: F64, triangles: I32) -> tuple[I32, NDArray[np.bool_], bool]:
+    """Triangles (k, 3) turned so that their normals point outwards, which of the given they are, and whether the body
+    is closed, so that its outside is known.
+
+    Kernels give boundary representations with either winding, but the same one within a connected shell.
+    """
+    _, welded = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)
+    corner = welded.ravel()[triangles]
+    keep = (corner[:, 0] != corner[:, 1]) & (corner[:, 1] != corner[:, 2]) & (corner[:, 2] != corner[:, 0])
+    triangles, corner = triangles[keep], corner[keep]
+    shell = _shells(corner)
+    edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+    count = int(corner.max(initial=0)) + 1
+    key, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+    closed = np.array_equal(np.sort(key), np.sort(back))
+    p = vertices[triangles] - vertices.mean(axis=0)
+    volume = np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2]))
+    inside_out = np.bincount(shell, weights=volume) < 0
+    return np.where(inside_out[shell][:, None], triangles[:, ::-1], triangles), keep, closed
+
+
+def _shells(corner: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number of the connected part of each triangle (t,)."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = int(corner.max(initial=0)) + 1
+    rows, cols = np.concatenate([corner[:, 0], corner[:, 1]]), np.concatenate([corner[:, 1], corner[:, 2]])
+    _, label = connected_components(coo_matrix((np.ones(len(rows), bool), (rows, cols)), (n, n)), directed=False)
+    return np.unique(label[corner[:, 0]], return_inverse=True)[1]
+
+
+def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
+    triangles, kept, closed = oriented(element.vertices, element.triangles)
+    glass = element.glass[kept]
+    corners = element.vertices[triangles] - anchor
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(cross, axis=1)
+    solid = length > 1e-9
+    corners, glass, length = corners[solid], glass[solid], length[solid]
+    normal = cross[solid] / length[:, None]
+    middle = corners.reshape(-1, 3).mean(axis=0) if len(corners) else np.zeros(3)
+    offset = np.einsum("ij,ij->i", normal, corners[:, 0] - middle)
+    steps = np.column_stack([np.round(normal / ANGLE_STEP), np.round(offset / OFFSET_STEP), glass]).astype(np.int64)
+    _, group = np.unique(steps, axis=0, return_inverse=True)
+    group = group.ravel()
+    area = np.bincount(group, weights=length) / 2
+    out: list[_Group] = []
+    for which in np.argsort(-area)[:MOST_FACES]:
+        mine = np.flatnonzero(group == which)
+        main = mine[np.argmax(length[mine])]
+        out.append(_Group(number, normal[main], corners[mine], not closed, bool(glass[mine[0]])))
+    return out
+
+
+def _areas(corners: F64) -> F64:
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+
+
+def _axes(normal: F64, corners: F64) -> tuple[F64, F64]:
+    """Axes in the plane: level and upwards on what stands, along the longest edge on what lies."""
+    if abs(normal[2]) < 0.9:
+        u = np.array([-normal[1], normal[0], 0.0])
+    else:
+        edges = (corners - np.roll(corners, 1, axis=1)).reshape(-1, 3)
+        u = edges[np.argmax(np.linalg.norm(edges, axis=1))]
+        u = u - (u @ normal) * normal
+    u = u / np.linalg.norm(u)
+    return u, np.cross(normal, u)
+
+
+def _table(groups: Sequence[_Group], largest: float) -> FaceTable:
+    rows: list[tuple[_Group, F64, F64, F64, float, tuple[int, int]]] = []
+    grids: list[I32] = []
+    for group in groups:
+        u, v = _axes(group.normal, group.corners)
+        flat = np.stack([group.corners @ u, group.corners @ v], axis=2)
+        low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
+        size = min(largest, float((high - low).min()) / 2)
+        if size < LEAST_CELL:
+            continue
+        shape = (math.ceil((high[0] - low[0]) / size - 1e-6), math.ceil((high[1] - low[1]) / size - 1e-6))
+        grid = np.full(shape, -1, np.int32)
+        _fill((flat - low) / size, grid)
+        if grid.max() < 0:
+            continue
+        origin = low[0] * u + low[1] * v + (group.corners[0, 0] @ group.normal) * group.normal
+        rows.append((group, origin, u, v, size, shape))
+        grids.append(grid.ravel())
+    return _joined(rows, grids)
+
+
+def _joined(rows: Sequence[tuple[_Group, F64, F64, F64, float, tuple[int, int]]], grids: Sequence[I32]) -> FaceTable:
+    lengths = np.array([len(g) for g in grids], np.int64)
+    start = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)[:-1]
+    grid = np.concatenate(grids) if grids else np.zeros(0, np.int32)
+    taken = np.flatnonzero(grid >= 0)
+    grid[taken] = np.arange(len(taken), dtype=np.int32)
+    face = (np.searchsorted(start, taken, side="right") - 1).astype(np.int32)
+    shape = np.array([r[5] for r in rows], np.int32).reshape(-1, 2)
+    within = taken - start[face]
+    at = np.column_stack([within // shape[face, 1], within % shape[face, 1]]).astype(np.int32)
+    return FaceTable(
+        element=np.array([r[0].element for r in rows], np.int32),
+        normal=np.array([r[0].normal for r in rows]).reshape(-1, 3),
+        origin=np.array([r[1] for r in rows]).reshape(-1, 3),
+        u=np.array([r[2] for r in rows]).reshape(-1, 3),
+        v=np.array([r[3] for r in rows]).reshape(-1, 3),
+        size=np.array([r[4] for r in rows]),
+        shape=shape,
+        start=start,
+        grid=grid,
+        two_sided=np.array([r[0].two_sided for r in rows], bool),
+        glass=np.array([r[0].glass for r in rows], bool),
+        cell_face=face,
+        cell_at=at,
+    )
+
+
+@nb.njit(cache=True, nogil=True)
+def _fill(flat, grid):  # pyright: ignore
+    """Mark with 0 the cells whose middle lies in a triangle; ``flat`` (t, 3, 2) in cells from the grid's corner."""
+    nu, nv = grid.shape
+    for t in range(flat.shape[0]):
+        ax = flat[t, 0, 0]
+        ay = flat[t, 0, 1]
+        bx = flat[t, 1, 0]
+        by = flat[t, 1, 1]
+        cx = flat[t, 2, 0]
+        cy = flat[t, 2, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0:
+            continue
+        i0 = max(int(np.floor(min(ax, bx, cx) - 0.5)), 0)
+        i1 = min(int(np.ceil(max(ax, bx, cx) + 0.5)), nu)
+        j0 = max(int(np.floor(min(ay, by, cy) - 0.5)), 0)
+        j1 = min(int(np.ceil(max(ay, by, cy) + 0.5)), nv)
+        for i in range(i0, i1):
+            x = i + 0.5
+            for j in range(j0, j1):
+                y = j + 0.5
+                a = ((cx - bx) * (y - by) - (cy - by) * (x - bx)) / area
+                b = ((ax - cx) * (y - cy) - (ay - cy) * (x - cx)) / area
+                if a >= -1e-9 and b >= -1e-9 and a + b <= 1.0 + 1e-9:
+                    grid[i, j] = 0

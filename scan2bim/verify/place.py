@@ -1,0 +1,174 @@
+"""Where the model lies in the scans' frame: the stated coordinates that fit, else an alignment, then the fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.ingest import ScanSummary
+from scan2bim.cloud.surfels import Surfels
+from scan2bim.errors import PrecheckError
+from scan2bim.verify.faces import FaceTable
+from scan2bim.verify.ifc_model import IfcModel
+from scan2bim.verify.placing import (
+    PLAUSIBLE,
+    Correction,
+    Method,
+    Placed,
+    Sample,
+    Target,
+    best_fit,
+    explained,
+    make_target,
+    sample_surfels,
+    scan_corrections,
+)
+from scan2bim.verify.result import Placing, ScanPlacing
+
+if TYPE_CHECKING:
+    from scan2bim.verify.build import Inputs
+
+F64 = NDArray[np.float64]
+
+OFF = 0.010
+"""Metres that a scan's own fit must differ from the common one for the scan to count as misplaced: registration of
+terrestrial scans is better than 5 mm."""
+GAIN = 0.2
+"""Share of a misplaced scan's surface that its own fit must bring onto the model; a wall that was built otherwise is
+less."""
+OTHERS_FIT = 0.6
+"""Share of the scans that must fit for the others to count as misplaced; otherwise it is the building that is off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """matrix (4, 4) from the model's anchored axes to the scans' local frame; ignored (s,) bool stations whose points
+    do not count; told: the same for the report; sample and target that it was found with.
+    """
+
+    matrix: F64
+    ignored: NDArray[np.bool_]
+    told: Placing
+    sample: Sample
+    target: Target
+
+    def local(self, points: F64) -> F64:
+        """Points (n, 3) of the anchored model in the local frame."""
+        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+
+    def to_model(self, anchor: F64) -> F64:
+        """(4, 4) from the local frame to the model's own axes."""
+        back: F64 = np.linalg.inv(self.matrix).astype(np.float64)
+        back[:3, 3] += anchor
+        return back
+
+
+def place_model(
+    inputs: Inputs, model: IfcModel, drawn: FaceTable, anchor: F64, stations: F64, summaries: Sequence[ScanSummary]
+) -> Placement:
+    """Find the placing. Raises PrecheckError where model and scans do not match."""
+    counts = np.array([e.role == "compared" for e in model.elements])
+    target = make_target(drawn, counts)
+    sample = sample_surfels(Surfels.load(inputs.surfel_folder), stations)
+    shift = np.array(inputs.frame.shift)
+    best, rival = _first(inputs, model, target, sample, anchor, shift)
+    correction = best_fit(target, sample, best.matrix)
+    matrix = correction.matrix @ best.matrix if inputs.fitted or best.method == "automatic" else best.matrix
+    scans, ignored = _scans(target, sample, matrix, summaries, len(stations))
+    full = matrix.copy()
+    full[:3, 3] += shift - full[:3, :3] @ anchor
+    told = Placing(
+        method=best.method,
+        matrix=_rows(full),
+        explained=round(explained(target, sample, matrix)[0], 4),
+        residual=round(correction.residual if math.isfinite(correction.residual) else 0.0, 5),
+        fit_shift=_vector(correction.shift),
+        fit_turn=round(correction.turn, 6),
+        fitted=inputs.fitted or best.method == "automatic",
+        rival=rival,
+        scans=scans,
+        notes=_notes(best, correction, inputs),
+    )
+    return Placement(matrix, ignored, told, sample, target)
+
+
+def _first(
+    inputs: Inputs, model: IfcModel, target: Target, sample: Sample, anchor: F64, shift: F64
+) -> tuple[Placed, float | None]:
+    """The first placing that explains enough of the scans, and the share that the next best alignment explains."""
+    tried: list[Placed] = []
+    for method, full in _stated(inputs, model):
+        matrix = full.copy()
+        matrix[:3, 3] = full[:3, :3] @ anchor + full[:3, 3] - shift
+        placed = Placed(method, matrix, *explained(target, sample, matrix))
+        if placed.method == "given" or (placed.walls >= PLAUSIBLE and inputs.placing != "align"):
+            return placed, None
+        tried.append(placed)
+    if inputs.placing != "stated":
+        from scan2bim.verify.align import align
+
+        found, rival = align(target, sample, inputs.building)
+        if found is not None:
+            return found, rival
+    best = max((p.walls for p in tried), default=0.0)
+    raise PrecheckError(
+        f"{inputs.model}: the model and the scans do not lie in one place: at most {100 * best:.0f} % of the scanned "
+        "walls are within 5 cm of the model. Check that they are of the same building, or give the model's place with "
+        "--transform."
+    )
+
+
+def _stated(inputs: Inputs, model: IfcModel) -> list[tuple[Method, F64]]:
+    """Motions from the model's axes to the scans' coordinates that somebody has stated, (4, 4)."""
+    if inputs.transform is not None:
+        return [("given", np.array(inputs.transform, np.float64))]
+    out: list[tuple[Method, F64]] = []
+    if model.conversion is not None:
+        out.append(("map", model.conversion.matrix()))
+    return [*out, ("identity", np.eye(4))]
+
+
+def _scans(
+    target: Target, sample: Sample, matrix: F64, summaries: Sequence[ScanSummary], stations: int
+) -> tuple[tuple[ScanPlacing, ...], NDArray[np.bool_]]:
+    """Each scan's own fit, and which stations lie off while most do not."""
+    names = {s.station: s.name for s in summaries if s.position is not None}
+    own = {n: c for n, c in scan_corrections(target, sample, matrix).items() if n in names}
+    off = {n for n, c in own.items() if float(np.linalg.norm(c.shift)) > OFF and c.gain > GAIN}
+    if len(own) < 3 or len(off) > (1 - OTHERS_FIT) * len(own):
+        off = set[int]()
+    ignored = np.zeros(stations, bool)
+    ignored[sorted(off)] = True
+    told = tuple(
+        ScanPlacing(
+            name=names[n],
+            shift=_vector(c.shift),
+            turn=round(c.turn, 6),
+            residual=round(c.residual if math.isfinite(c.residual) else 0.0, 5),
+            left_out=n in off,
+        )
+        for n, c in own.items()
+    )
+    return told, ignored
+
+
+def _notes(best: Placed, correction: Correction, inputs: Inputs) -> tuple[str, ...]:
+    length = 1000 * float(np.linalg.norm(correction.shift))
+    degrees = math.degrees(abs(correction.turn))
+    if best.method == "automatic":
+        return ("The model states no coordinates that fit the scans: it was aligned to them.",)
+    words = f"The scans lie {length:.1f} mm and {degrees:.3f} degrees off the model as it states its coordinates"
+    return (f"{words}; {'this was taken out first.' if inputs.fitted else 'this is part of the deviations.'}",)
+
+
+def _rows(matrix: F64) -> tuple[tuple[float, float, float, float], ...]:
+    return tuple((float(r[0]), float(r[1]), float(r[2]), float(r[3])) for r in matrix)
+
+
+def _vector(values: F64) -> tuple[float, float, float]:
+    return (round(float(values[0]), 5), round(float(values[1]), 5), round(float(values[2]), 5))

@@ -1,0 +1,203 @@
+"""What the stations could see of a model's cells, and what they saw there instead.
+
+For each station the model is drawn into a cube map of ranges. A cell that lies behind other elements there cannot be
+seen from it. Of the others the station's panorama tells whether it looked through the cell's place, saw something in
+it, or was blocked before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.panorama import Panorama, cube_cell
+from scan2bim.verify.faces import FaceTable, oriented
+from scan2bim.verify.ifc_model import ModelElement
+
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+
+EDGE = 256
+"""Cells along a cube edge of the drawn model: 0.35 degrees, 3 cm at 5 m, as wide as a cell of the model."""
+FARTHEST = 25.0
+"""Metres from which on a station is not asked: its points are sparse there."""
+STEEPEST = 0.12
+"""Cosine of the angle between ray and normal below which a face is seen edge-on and ranges say nothing of it."""
+MARGIN = 0.05
+"""Half-width, metres across the face, of "saw it": of a panorama's cell and of what is within reach of points."""
+THROUGH = 0.10
+"""Metres behind a face, across it, from which on a station looked through it: nearer surfaces are its own, moved."""
+
+VISIBLE, LOOKED_THROUGH, BLOCKED, SAW = 1, 2, 4, 8
+"""Bits of a cell: not hidden by the model from some station; some station looked through it, was blocked before it, saw
+something in it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """Triangles (t, 3, 3) float64 that rays do not pass, in the frame of the stations."""
+
+    corners: F64
+
+
+def opaque_bodies(elements: Sequence[ModelElement], anchor: F64, matrix: F64) -> Bodies:
+    """Of all elements but openings, what fills them (doors stand open or closed) and glass; less ``anchor`` (3,), then
+    moved by ``matrix`` (4, 4).
+    """
+    parts = [
+        e.vertices[triangles[~e.glass[kept]]] - anchor
+        for e in elements
+        if e.role in ("compared", "context")
+        for triangles, kept, _ in [oriented(e.vertices, e.triangles)]
+    ]
+    corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
+    return Bodies(np.ascontiguousarray(corners @ matrix[:3, :3].T + matrix[:3, 3]))
+
+
+def look(
+    table: FaceTable,
+    bodies: Bodies,
+    panoramas: Iterable[Panorama],
+    asked: NDArray[np.bool_],
+    progress: Callable[[float], None],
+    total: int,
+) -> U8:
+    """Bits (c,) of each cell, 0 for those not ``asked`` (c,) bool; ``panoramas`` come one by one, ``total`` of them."""
+    cells = np.flatnonzero(asked & ~table.glass[table.cell_face])
+    centres = table.centres(cells)
+    normals = table.normal[table.cell_face[cells]]
+    two_sided = table.two_sided[table.cell_face[cells]]
+    bits = np.zeros(len(cells), np.uint8)
+    drawn = np.empty((6, EDGE, EDGE), np.float32)
+    for done, panorama in enumerate(panoramas):
+        drawn.fill(np.inf)
+        _draw(bodies.corners, panorama.position, drawn)
+        _ask(centres, normals, two_sided, panorama.position, drawn, panorama.ranges, bits)
+        progress((done + 1) / max(total, 1))
+    out = np.zeros(len(asked), np.uint8)
+    out[cells] = bits
+    return out
+
+
+@nb.njit(cache=True, nogil=True)
+def _draw(corners, position, ranges):  # pyright: ignore
+    """Least range of the triangles (t, 3, 3) along each cell's direction into ``ranges`` (6, n, n)."""
+    n = ranges.shape[1]
+    near = 0.02
+    p = np.empty((3, 3))
+    clipped = np.empty((4, 3))
+    for t in range(corners.shape[0]):
+        closest = np.inf
+        for k in range(3):
+            for j in range(3):
+                p[k, j] = corners[t, k, j] - position[j]
+        for j in range(3):
+            low = min(p[0, j], p[1, j], p[2, j])
+            high = max(p[0, j], p[1, j], p[2, j])
+            gap = max(low, -high, 0.0)
+            closest = gap if j == 0 else max(closest, gap)
+        if closest > FARTHEST:
+            continue
+        nx = (p[1, 1] - p[0, 1]) * (p[2, 2] - p[0, 2]) - (p[1, 2] - p[0, 2]) * (p[2, 1] - p[0, 1])
+        ny = (p[1, 2] - p[0, 2]) * (p[2, 0] - p[0, 0]) - (p[1, 0] - p[0, 0]) * (p[2, 2] - p[0, 2])
+        nz = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
+        plane = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
+        for face in range(6):
+            axis = face // 2
+            sign = 1.0 if face % 2 == 0 else -1.0
+            iu = 1 if axis == 0 else 0
+            iv = 2 if axis < 2 else 1
+            count = 0
+            for k in range(3):
+                a = p[k]
+                b = p[(k + 1) % 3]
+                ma = sign * a[axis]
+                mb = sign * b[axis]
+                if ma >= near:
+                    clipped[count] = a
+                    count += 1
+                if (ma >= near) != (mb >= near):
+                    w = (near - ma) / (mb - ma)
+                    for j in range(3):
+                        clipped[count, j] = a[j] + w * (b[j] - a[j])
+                    count += 1
+            for k in range(1, count - 1):
+                _fill(clipped, k, axis, sign, iu, iv, nx, ny, nz, plane, ranges[face], n)
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _fill(clipped, k, axis, sign, iu, iv, nx, ny, nz, plane, face, n):  # pyright: ignore
+    h = 0.5 * n
+    m0 = sign * clipped[0, axis]
+    m1 = sign * clipped[k, axis]
+    m2 = sign * clipped[k + 1, axis]
+    x0 = clipped[0, iu] / m0 * h + h
+    y0 = clipped[0, iv] / m0 * h + h
+    x1 = clipped[k, iu] / m1 * h + h
+    y1 = clipped[k, iv] / m1 * h + h
+    x2 = clipped[k + 1, iu] / m2 * h + h
+    y2 = clipped[k + 1, iv] / m2 * h + h
+    area = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
+    a0 = max(int(min(x0, x1, x2) - 0.5), 0)
+    a1 = min(int(max(x0, x1, x2) + 1.5), n)
+    b0 = max(int(min(y0, y1, y2) - 0.5), 0)
+    b1 = min(int(max(y0, y1, y2) + 1.5), n)
+    if area == 0.0 or a0 >= a1 or b0 >= b1:
+        return
+    for a in range(a0, a1):
+        x = a + 0.5
+        for b in range(b0, b1):
+            y = b + 0.5
+            s = ((x1 - x) * (y2 - y) - (y1 - y) * (x2 - x)) / area
+            t = ((x2 - x) * (y0 - y) - (y2 - y) * (x0 - x)) / area
+            if s < 0.0 or t < 0.0 or s + t > 1.0:
+                continue
+            du = (x - h) / h
+            dv = (y - h) / h
+            slope = sign * (nx if axis == 0 else ny if axis == 1 else nz)
+            slope += du * (nx if iu == 0 else ny)
+            slope += dv * (nz if iv == 2 else ny)
+            if slope == 0.0:
+                continue
+            depth = plane / slope
+            if depth <= 0.0:
+                continue
+            r = depth * np.sqrt(1.0 + du * du + dv * dv)
+            face[a, b] = min(face[a, b], r)
+
+
+@nb.njit(cache=True, nogil=True)
+def _ask(centres, normals, two_sided, position, drawn, ranges, bits):  # pyright: ignore
+    """Set the bits of cells (c, 3) by what one station's drawn model and panorama hold in their direction."""
+    n = drawn.shape[1]
+    edge = ranges.shape[1]
+    for i in range(centres.shape[0]):
+        dx = centres[i, 0] - position[0]
+        dy = centres[i, 1] - position[1]
+        dz = centres[i, 2] - position[2]
+        d = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if d > FARTHEST or d < 0.1:
+            continue
+        cosine = -(dx * normals[i, 0] + dy * normals[i, 1] + dz * normals[i, 2]) / d
+        if two_sided[i]:
+            cosine = abs(cosine)
+        if cosine < STEEPEST:
+            continue
+        f, a, b = cube_cell(dx, dy, dz, n)
+        if drawn[f, a, b] < d - (MARGIN + 3.0 * d / n) / cosine:
+            continue
+        bits[i] |= VISIBLE
+        f, a, b = cube_cell(dx, dy, dz, edge)
+        r = ranges[f, a, b]
+        if r == 0.0:
+            continue
+        if r < 0.0 or r > d + THROUGH / cosine:
+            bits[i] |= LOOKED_THROUGH
+        elif r < d - MARGIN / cosine:
+            bits[i] |= BLOCKED
+        else:
+            bits[i] |= SAW

@@ -1,0 +1,71 @@
+"""The whole way: scans of a simulated flat against drawings of it with known changes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import jsonschema
+import pytest
+from synthetic import scanned, two_rooms, write_scene
+from verify.drawn import Change, draw
+
+from scan2bim.cli import main
+from scan2bim.simulate.truth import truth_of
+from scan2bim.verify.result import ElementResult, Report, load_report, report_schema
+
+SCENE = two_rooms(yaw=0.3)
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("verify")
+    write_scene(folder / "scans", SCENE)
+    return folder
+
+
+def verified(scans: Path, name: str, *options: str, changes: dict[str, Change] | None = None, code: int = 0) -> Report:
+    model = draw(truth_of(SCENE), scans / f"{name}.ifc", changes)
+    work = ["--work", str(scans / "work"), "--quiet"]
+    arguments = ["verify", str(model), str(scans / "scans"), "-o", str(scans / name), *work, *options]
+    assert main(arguments) == code
+    return load_report(scans / name / "report.json")
+
+
+def element(report: Report, name: str) -> ElementResult:
+    return next(e for e in report.elements if e.name == name)
+
+
+def test_a_building_that_was_built_as_drawn_is_in_tolerance(scans: Path) -> None:
+    report = verified(scans, "same", "--tolerance", "10mm", "--fail-on", "out-of-tolerance,missing")
+    assert {e.status for e in report.elements if e.ifc_class == "IfcWall"} == {"in_tolerance"}
+    assert {e.loa for e in report.elements if e.ifc_class == "IfcWall"} <= {"LOA30", "LOA40", "LOA50"}
+    assert report.placing.method == "identity"
+    jsonschema.validate(json.loads((scans / "same" / "report.json").read_text()), json.loads(report_schema()))
+
+
+def test_a_shifted_a_turned_and_an_unbuilt_wall_are_told_from_the_others(scans: Path) -> None:
+    changes = {"middle wall": Change(left=0.03), "outer wall 2": Change(turn=math.radians(0.8))}
+    report = verified(scans, "changed", "--fail-on", "out-of-tolerance", changes=changes, code=1)
+    shifted, turned = element(report, "middle wall"), element(report, "outer wall 2")
+    assert shifted.status == turned.status == "out_of_tolerance"
+    assert shifted.fit is not None
+    assert turned.fit is not None
+    assert math.hypot(*shifted.fit.shift) == pytest.approx(0.03, abs=0.003)
+    assert turned.fit.turn == pytest.approx(-math.radians(0.8), abs=math.radians(0.1))
+    assert element(report, "outer wall 1").status == "in_tolerance"
+    assert element(report, "floor").status == "in_tolerance"
+
+
+def test_a_model_drawn_elsewhere_is_aligned(scans: Path) -> None:
+    truth = truth_of(two_rooms(yaw=1.1))
+    model = draw(truth, scans / "elsewhere.ifc")
+    main(["verify", str(model), str(scans / "scans"), "-o", str(scans / "e"), "--work", str(scans / "work"), "--quiet"])
+    report = load_report(scans / "e" / "report.json")
+    assert report.placing.method == "automatic"
+    assert element(report, "middle wall").status == "in_tolerance"
+
+
+def test_the_scene_is_scanned_from_two_stations() -> None:
+    assert len(scanned(SCENE).sweeps) == 2
