@@ -12,6 +12,7 @@ from scan2bim import __version__
 UNITS = ("m", "dm", "cm", "mm", "km", "in", "ft", "us-ft")
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 STAGES = ("survey", "read", "surfels", "structure", "openings", "model", "export")
+IFC_VERSIONS = ("IFC2X3", "IFC4", "IFC4X3_ADD2")
 CONVERT = """\
 Convert scans to building model files. What an earlier run has done is kept in a
 work folder: a run that was stopped goes on where it was, and after a changed
@@ -100,6 +101,7 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
         "them); may be given again",
     )
     convert.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")
+    convert.add_argument("--ifc-version", choices=IFC_VERSIONS, help="version of .ifc files (default: IFC4)")
     convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
     _add_work(convert)
     _add_frame(convert)

@@ -127,6 +127,16 @@ def _is_length(text: str) -> bool:
         return False
 
 
+class ExportSettings(Section):
+    """The output files."""
+
+    ifc_version: Literal["IFC2X3", "IFC4", "IFC4X3_ADD2"] = Field(
+        default="IFC4",
+        description="Version of .ifc files: IFC4 = read by most tools; IFC4X3_ADD2 = the newest, with uncertainties; "
+        "IFC2X3 = for older authoring tools.",
+    )
+
+
 class Settings(Section):
     """All settings of a conversion or verification."""
 
@@ -136,6 +146,7 @@ class Settings(Section):
     structure: StructureSettings = StructureSettings()
     openings: OpeningSettings = OpeningSettings()
     verify: VerifySettings = VerifySettings()
+    export: ExportSettings = ExportSettings()
 
 
 def load_settings(path: Path | None = None, overrides: Mapping[str, Mapping[str, object]] | None = None) -> Settings:

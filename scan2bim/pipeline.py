@@ -85,7 +85,7 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
             scans, frame, keys, folders = run.measure(scans)
             building = run.recognise(scans, frame, keys, folders)
             with run.timed(EXPORT):
-                written = write_outputs(building, request.outputs)
+                written = write_outputs(building, request.outputs, request.settings.export)
             run.tidy()
             return Outcome(building, written, tuple(run.done), len(scans.scans), scans.points, scans.skipped)
 

@@ -40,7 +40,7 @@ MAY_IMPORT = {
     "structure": BASE | {"cloud", "model", "geometry"},
     "openings": BASE | {"cloud", "model", "geometry", "structure"},
     "verify": BASE | {"cloud", "model", "geometry"},
-    "exporters": {"errors", "support", "model", "geometry"},
+    "exporters": {"errors", "config", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
     "truth": {"errors", "geometry"},
     "simulate": {"errors", "cloud", "model", "geometry", "truth"},

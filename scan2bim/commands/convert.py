@@ -64,7 +64,8 @@ def make_request(options: Namespace) -> Request:
     """The request that the options stand for. Raises UsageError."""
     outputs = tuple(Path(output) for output in options.output)
     frame = {key: value for key in ("unit", "up") if (value := getattr(options, key)) is not None}
-    settings = load_settings(Path(options.config) if options.config else None, {"frame": frame})
+    export = {} if options.ifc_version is None else {"ifc_version": options.ifc_version}
+    settings = load_settings(Path(options.config) if options.config else None, {"frame": frame, "export": export})
     return Request(
         inputs=tuple(Path(path) for path in options.paths),
         outputs=outputs,

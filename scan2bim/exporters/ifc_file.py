@@ -1,4 +1,4 @@
-"""An IFC4 file in the making: its entities, its contexts and what its elements share."""
+"""An IFC file in the making: its entities, its contexts and what its elements share."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 
 import ifcopenshell
 
+from scan2bim import __version__
+from scan2bim.exporters.ifc_schema import Dialect, Version, attributes
 from scan2bim.model.ids import ifc_guid
 
 Entity = ifcopenshell.entity_instance
@@ -22,18 +24,25 @@ COORDINATE_DIGITS = 6
 class IfcFile:
     """Adds entities. Identifiers come from keys, not from a clock or chance: two runs write the same bytes."""
 
-    def __init__(self) -> None:
-        self.file = ifcopenshell.file(schema="IFC4")
+    def __init__(self, version: Version = "IFC4") -> None:
+        self.dialect = Dialect(version)
+        self.file = ifcopenshell.file(schema=version)
         self._directions: dict[tuple[float, ...], Entity] = {}
         self._guids: set[str] = set()
         self._made: dict[str, Entity] = {}
+        self._history: Entity | None = None
 
     def add(self, ifc_class: str, *values: Any) -> Entity:
-        """A new entity with its attributes in the schema's order."""
+        """A new entity with its attributes in the schema's order; those that the version lacks are left out."""
+        if self.dialect.old:
+            values = values[: len(attributes(self.dialect.version, ifc_class))]
         return self.file.create_entity(ifc_class, *values)
 
     def root(self, ifc_class: str, key: str, name: str | None = None, **values: Any) -> Entity:
         """A new entity with a GlobalId made from the key: an element's id, or words that say what relates what."""
+        ifc_class, values = self.dialect.entity(ifc_class, values)
+        if self.dialect.old:
+            values["OwnerHistory"] = self._owner()
         entity = self.file.create_entity(ifc_class, GlobalId=self._guid(key), Name=label(name), **values)
         self._made.setdefault(key, entity)
         return entity
@@ -61,6 +70,22 @@ class IfcFile:
             items = [item for item in items if item.id() not in gone]
             for item in unused:
                 self.file.remove(item)
+
+    def _owner(self) -> Entity:
+        """The one owner history, which IFC2X3 wants of everything: without a time, so that reruns are equal."""
+        if self._history is None:
+            person = self.file.create_entity("IfcPerson", FamilyName="unknown")
+            organization = self.file.create_entity("IfcOrganization", Name="scan2bim")
+            user = self.file.create_entity("IfcPersonAndOrganization", person, organization)
+            program = self.file.create_entity("IfcApplication", organization, __version__, "scan2bim", "scan2bim")
+            self._history = self.file.create_entity(
+                "IfcOwnerHistory",
+                OwningUser=user,
+                OwningApplication=program,
+                ChangeAction="NOCHANGE",
+                CreationDate=0,
+            )
+        return self._history
 
     def _guid(self, key: str) -> str:
         guid, count = ifc_guid(key), 0

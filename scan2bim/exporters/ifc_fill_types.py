@@ -8,6 +8,7 @@ from typing import Any
 
 from scan2bim.exporters.ifc_draft import Draft
 from scan2bim.exporters.ifc_file import Entity, Shared
+from scan2bim.exporters.ifc_properties import ENUMERATED, Value
 from scan2bim.exporters.ifc_shapes import axes, rectangle_through, representation
 from scan2bim.model.colours import to_srgb
 from scan2bim.model.elements import Colour
@@ -39,13 +40,21 @@ HANDLE_ROOM = 1.2
 LINING = 0.05
 """Metres. Thickness of linings across the opening, where this is at least six times as wide."""
 
+FRAMES = 1.2
+"""What one sees of a window's lining and of the frame in it, in thicknesses of the lining, as they are drawn here."""
+
 PANE = 0.0101
 """Metres. The library's panes are 10 mm thick: what is not thicker is glass."""
 
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What makes a type of door or window: whole millimetres, operation or partitioning, colour."""
+    """What makes a type of door or window: whole millimetres, operation or partitioning, colour.
+
+    depth: of lining or frame across the wall. inset: of the leaf's front behind the lining's. lining: its thickness in
+    the wall's plane, of a window with the frame in it; threshold: its height; 0 where not measured. leaves: 2 where the
+    operation does not tell.
+    """
 
     kind: str
     width: int
@@ -54,20 +63,26 @@ class Form:
     leaf: int
     use: str
     colour: Colour
+    inset: int = 0
+    lining: int = 0
+    threshold: int = 0
+    leaves: int = 0
 
     @property
     def key(self) -> str:
         """The same for the same form; colours count as they are shown."""
         colour = "#{:02x}{:02x}{:02x}".format(*to_srgb(self.colour))
-        return f"{self.kind} {self.width}x{self.height}x{self.depth} leaf {self.leaf} {self.use} {colour}"
+        measured = (("inset", self.inset), ("lining", self.lining), ("threshold", self.threshold), ("of", self.leaves))
+        more = "".join(f" {name} {value}" for name, value in measured if value)
+        return f"{self.kind} {self.width}x{self.height}x{self.depth} leaf {self.leaf} {self.use} {colour}{more}"
 
 
 def door_type(draft: Draft, form: Form) -> Shared:
     """A new door type of this form, kept under its key."""
     width, height, depth = form.width / 1000, form.height / 1000, form.depth / 1000
     leaf = min(form.leaf / 1000, 0.6 * depth)
-    lining = min(LINING, width / 6)
-    drawn = form.use if form.use in _DRAWN_DOORS else _nearest(form.use)
+    lining = min(form.lining / 1000 or LINING, width / 6)
+    drawn = form.use if form.use in _DRAWN_DOORS else _nearest(form.use, form.leaves)
     representations = _door_shapes(draft, form, drawn, (width, height, depth), leaf, lining)
     draft.styles.paint(representations[0].Items, form.colour)
     panel = {"PanelDepth": leaf, "PanelOperation": _panel_operation(form.use), "PanelPosition": "MIDDLE"}
@@ -80,7 +95,8 @@ def window_type(draft: Draft, form: Form) -> Shared:
     from ifcopenshell.api.geometry import add_window_representation
 
     width, height, depth = form.width / 1000, form.height / 1000, form.depth / 1000
-    lining = min(LINING, min(width, height) / 8)
+    seen = form.lining / 1000 / FRAMES if form.lining else LINING
+    lining = min(seen, min(width, height) / 8)
     frame = {"FrameDepth": depth / 2, "FrameThickness": 0.7 * lining}
     make = _partial(
         draft,
@@ -120,9 +136,10 @@ def _door_shapes(
             "LiningThickness": lining,
             "LiningOffset": 0.0,
             "LiningToPanelOffsetX": lining / 2,
-            "LiningToPanelOffsetY": depth - leaf,
+            "LiningToPanelOffsetY": depth - leaf - form.inset / 1000,
             "CasingThickness": 0.0,
-            "ThresholdThickness": 0.0,
+            "ThresholdThickness": min(form.threshold / 1000, height / 4),
+            "ThresholdDepth": depth,
         },
         panel_properties={"PanelDepth": leaf},
     )
@@ -157,8 +174,8 @@ def _partial(draft: Draft, function: Callable[..., Any], **values: Any) -> Calla
     return make
 
 
-def _nearest(operation: str) -> str:
-    if operation.startswith("DOUBLE_DOOR"):
+def _nearest(operation: str, leaves: int) -> str:
+    if operation.startswith("DOUBLE_DOOR") or leaves == 2:
         return "DOUBLE_DOOR_SINGLE_SWING"
     return "SINGLE_SWING_RIGHT" if operation.endswith("RIGHT") else "SINGLE_SWING_LEFT"
 
@@ -168,13 +185,37 @@ def _panel_operation(operation: str) -> str:
 
 
 def _lining_sets(draft: Draft, kind: str, form: Form, lining: float, panel: dict[str, Any]) -> list[Entity]:
-    """IFC4's own lining and panel entities; lengths of nothing are left out, the schema forbids them."""
+    """IFC's own lining and panel entities, in 4.3 property sets; lengths of nothing are left out, as it demands."""
     ifc = draft.ifc
     sizes = {"LiningDepth": form.depth / 1000, "LiningThickness": lining}
+    if form.threshold and kind == "Door":
+        sizes |= {"ThresholdDepth": form.depth / 1000, "ThresholdThickness": form.threshold / 1000}
+    if ifc.dialect.new:
+        lengths: dict[str, Value | None] = {name: ("IfcPositiveLengthMeasure", size) for name, size in sizes.items()}
+        lengths["LiningThickness"] = ("IfcNonNegativeLengthMeasure", lining)
+        if "ThresholdThickness" in sizes:
+            lengths["ThresholdThickness"] = ("IfcNonNegativeLengthMeasure", sizes["ThresholdThickness"])
+        return [
+            draft.properties.definition(f"lining of {form.key}", f"Pset_{kind}LiningProperties", lengths),
+            draft.properties.definition(f"panel of {form.key}", f"Pset_{kind}PanelProperties", _panel_values(panel)),
+        ]
     return [
         ifc.root(f"Ifc{kind}LiningProperties", f"lining of {form.key}", "Lining", **sizes),
         ifc.root(f"Ifc{kind}PanelProperties", f"panel of {form.key}", "Panel", **panel),
     ]
+
+
+def _panel_values(panel: dict[str, Any]) -> dict[str, Value | None]:
+    """A panel's sizes and words as properties; a word that the property set does not know is left out."""
+    made: dict[str, Value | None] = {}
+    for name, value in panel.items():
+        if isinstance(value, str):
+            made[name] = None if (name, value) == ("OperationType", "NOTDEFINED") else (ENUMERATED, value)
+        elif name == "PanelWidth":
+            made[name] = ("IfcNormalisedRatioMeasure", value)
+        else:
+            made[name] = ("IfcPositiveLengthMeasure", value)
+    return made
 
 
 def _keep(

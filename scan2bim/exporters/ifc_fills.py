@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from scan2bim.exporters.ifc_draft import Draft
 from scan2bim.exporters.ifc_file import Entity, Shared
 from scan2bim.exporters.ifc_fill_types import DOOR_OPERATIONS, WINDOW_PARTITIONINGS, Form, door_type, window_type
@@ -10,6 +12,8 @@ from scan2bim.exporters.ifc_shapes import axes, representation, shape
 from scan2bim.exporters.ifc_styles import FRAME
 from scan2bim.model.colours import colour_of
 from scan2bim.model.elements import Colour, Door, Opening, Wall, Window
+from scan2bim.model.queries import wall_arc
+from scan2bim.model.wall_measures import reach_across
 
 DEEPEST_FRAME = 0.25
 """Metres. In thicker walls the frame is not taken to fill the wall's depth but to stand at one of its faces."""
@@ -42,6 +46,7 @@ def add_fill(draft: Draft, void: Entity, wall: Wall, opening: Opening, fill: Doo
             "IsExternal": measure("IfcBoolean", wall.external),
         },
     )
+    draft.classes.classify(entity)
     draft.properties.evidence(entity, fill, _door_words(fill) if isinstance(fill, Door) else None)
     draft.properties.quantities(
         entity,
@@ -72,12 +77,47 @@ def _door(draft: Draft, void: Entity, wall: Wall, opening: Opening, door: Door) 
             f"Door {door.name!r}: operation {door.operation!r} is none of IFC4's, written as NOTDEFINED."
         )
     thickness = wall.thickness.value
-    depth = thickness if thickness <= DEEPEST_FRAME else DEEPEST_FRAME / 2
-    leaf = LEAF if door.leaf_thickness is None else door.leaf_thickness.value
+    leaf = LEAF if door.leaf_thickness is None else min(door.leaf_thickness.value, thickness)
+    front = _leaf_front(door, thickness, leaf, turned)
+    start, depth = _lining_place(door, thickness, leaf, front)
+    inset = max(0.0, min(front - start, depth - leaf))
     form = _form("door", opening, depth, leaf, operation, colour_of(door))
+    form = replace(
+        form,
+        inset=round(1000 * inset),
+        lining=0 if door.lining_thickness is None else round(1000 * door.lining_thickness.value),
+        threshold=0 if door.threshold is None else round(1000 * door.threshold.value),
+        leaves=2 if door.leaves == 2 and operation == "NOTDEFINED" else 0,
+    )
     shared = draft.types.find(form.key) or door_type(draft, form)
-    location = (opening.width.value, depth, 0.0) if turned else (0.0, thickness - depth, 0.0)
+    aside = reach_across(wall_arc(wall), opening.width.value, thickness) - thickness / 2
+    location = (
+        (opening.width.value, aside + start + depth, 0.0) if turned else (0.0, aside + thickness - start - depth, 0.0)
+    )
     return _occurrence(draft, "IfcDoor", shared, void, opening, door, location, turned)
+
+
+def _leaf_front(door: Door, thickness: float, leaf: float, turned: bool) -> float:
+    """How far the leaf's front lies behind the face that it swings to (the left one where that is not known)."""
+    if door.recess is None or door.recess_side == "unknown":
+        return 0.0
+    recess = door.recess.value
+    same = (door.recess_side == "right") == turned
+    return max(0.0, min(recess if same else thickness - recess - leaf, thickness - leaf))
+
+
+def _lining_place(door: Door, thickness: float, leaf: float, front: float) -> tuple[float, float]:
+    """How far the lining starts behind the face that the leaf swings to, and its depth.
+
+    Where it was not measured: the whole wall, in a thick wall a part of it at the leaf's front.
+    """
+    if door.lining_depth is not None:
+        depth = max(min(door.lining_depth.value, thickness), leaf)
+        return max(0.0, min(front, thickness - depth)), depth
+    if thickness <= DEEPEST_FRAME:
+        return 0.0, thickness
+    depth = DEEPEST_FRAME / 2
+    return max(0.0, min(front, thickness - depth)), depth
 
 
 def _window(draft: Draft, void: Entity, wall: Wall, opening: Opening, window: Window) -> Entity:
@@ -89,8 +129,15 @@ def _window(draft: Draft, void: Entity, wall: Wall, opening: Opening, window: Wi
     thickness = wall.thickness.value
     depth = min(thickness, WINDOW_FRAME)
     form = _form("window", opening, depth, depth / 2, partitioning, window.colour or FRAME)
+    if window.frame_thickness is not None:
+        form = replace(form, lining=round(1000 * window.frame_thickness.value))
     shared = draft.types.find(form.key) or window_type(draft, form)
-    return _occurrence(draft, "IfcWindow", shared, void, opening, window, (0.0, (thickness - depth) / 2, 0.0), False)
+    pane = thickness / 2
+    if window.recess is not None and window.recess_side != "unknown":
+        pane = window.recess.value if window.recess_side == "right" else thickness - window.recess.value
+    aside = reach_across(wall_arc(wall), opening.width.value, thickness) - thickness / 2
+    location = (0.0, aside + max(0.0, min(pane - depth / 2, thickness - depth)), 0.0)
+    return _occurrence(draft, "IfcWindow", shared, void, opening, window, location, False)
 
 
 def _form(kind: str, opening: Opening, depth: float, leaf: float, use: str, colour: Colour) -> Form:
@@ -138,4 +185,7 @@ def _door_words(door: Door) -> dict[str, Value | None]:
         "LeafAngle": measure("IfcPlaneAngleMeasure", door.angle),
         "HingeSide": text(door.hinge_side),
         "SwingSide": text(door.swing_side),
+        "RecessSide": text(door.recess_side),
+        "Leaves": measure("IfcInteger", door.leaves),
+        "Glazed": measure("IfcBoolean", door.glazed),
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from scan2bim import __version__
 from scan2bim.exporters.ifc_draft import Draft, Level, aggregate
 from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile
@@ -14,6 +16,8 @@ UNKNOWN_GRID = "unknown: local survey grid"
 
 TIME_STAMP = "1970-01-01T00:00:00"
 """The header's time. The model knows no time and the clock would make equal files differ."""
+
+_VIEWS = {"IFC2X3": "CoordinationView_V2.0", "IFC4": "DesignTransferView_V1.0", "IFC4X3_ADD2": "DesignTransferView"}
 
 PRECISION = 1e-5
 """Metres within which points count as equal."""
@@ -37,7 +41,7 @@ def project(ifc: IfcFile, building: Building) -> tuple[Entity, Contexts]:
         footprint=_subcontext(ifc, plan, "FootPrint", "MODEL_VIEW"),
         symbol=_subcontext(ifc, plan, "FootPrint", "PLAN_VIEW"),
     )
-    _georeference(ifc, building.frame, model)
+    _georeference(ifc, building.frame, (model, plan))
     return entity, contexts
 
 
@@ -66,15 +70,37 @@ def _subcontext(ifc: IfcFile, parent: Entity, identifier: str, view: str) -> Ent
     )
 
 
-def _georeference(ifc: IfcFile, frame: Frame, model: Entity) -> None:
+def _georeference(ifc: IfcFile, frame: Frame, contexts: Sequence[Entity]) -> None:
     """Where the building lies: what was taken off its coordinates at reading, given back as the map conversion."""
-    if frame.crs is None and frame.shift == (0.0, 0.0, 0.0):
+    if ifc.dialect.old or not is_georeferenced(frame):
         return
-    name = frame.crs or UNKNOWN_GRID
-    name = f"EPSG:{name}" if name.isdigit() else name
     metre = next(unit for unit in ifc.file.by_type("IfcSIUnit") if unit.UnitType == "LENGTHUNIT")
-    crs = ifc.add("IfcProjectedCRS", name[:255], None, None, None, None, None, metre)
-    ifc.add("IfcMapConversion", model, crs, *frame.shift, 1.0, 0.0, 1.0)
+    crs = ifc.add("IfcProjectedCRS", _grid(frame), None, None, None, None, None, metre)
+    for context in contexts if ifc.dialect.new else contexts[:1]:  # 4.3 wants it of each context, IFC4 of one
+        ifc.add("IfcMapConversion", context, crs, *frame.shift, 1.0, 0.0, 1.0)
+
+
+def is_georeferenced(frame: Frame) -> bool:
+    """Whether anything is known of where the building lies."""
+    return frame.crs is not None or frame.shift != (0.0, 0.0, 0.0)
+
+
+def _grid(frame: Frame) -> str:
+    name = frame.crs or UNKNOWN_GRID
+    return (f"EPSG:{name}" if name.isdigit() else name)[:255]
+
+
+def _old_georeference(draft: Draft, site: Entity, frame: Frame) -> None:
+    """In IFC2X3 the map conversion is a pair of property sets of the site, by buildingSMART's recommendation."""
+    if not draft.ifc.dialect.old or not is_georeferenced(frame):
+        return
+    draft.properties.custom(site, "ePSet_ProjectedCRS", {"Name": ("IfcLabel", _grid(frame))})
+    names = ("Eastings", "Northings", "OrthogonalHeight")
+    values: dict[str, Value | None] = {
+        name: ("IfcLengthMeasure", value) for name, value in zip(names, frame.shift, strict=True)
+    }
+    turn: dict[str, Value | None] = {"XAxisAbscissa": ("IfcReal", 1.0), "XAxisOrdinate": ("IfcReal", 0.0)}
+    draft.properties.custom(site, "ePSet_MapConversion", values | turn | {"Scale": ("IfcReal", 1.0)})
 
 
 def spatial_structure(draft: Draft, project: Entity, building: Building) -> list[Level]:
@@ -89,6 +115,7 @@ def spatial_structure(draft: Draft, project: Entity, building: Building) -> list
     aggregate(ifc, site, [house])
     aggregate(ifc, house, [level.entity for level in levels])
     _building_properties(draft, house, building)
+    _old_georeference(draft, site, building.frame)
     return levels
 
 
@@ -126,13 +153,14 @@ def _building_properties(draft: Draft, house: Entity, building: Building) -> Non
     draft.properties.custom(house, "S2B_Scans", scans)
     notes: dict[str, Value | None] = {f"Note{i:03d}": ("IfcText", note) for i, note in enumerate(building.notes, 1)}
     draft.properties.custom(house, "S2B_Notes", notes)
-    draft.properties.common(house, "Pset_BuildingCommon", {"NumberOfStoreys": ("IfcInteger", len(building.storeys))})
+    count = "IfcCountMeasure" if draft.ifc.dialect.new else "IfcInteger"
+    draft.properties.common(house, "Pset_BuildingCommon", {"NumberOfStoreys": (count, len(building.storeys))})
 
 
 def header(ifc: IfcFile, building: Building) -> None:
     """The file's header, made from the model alone."""
     head = ifc.file.header
-    head.file_description.description = ("ViewDefinition [DesignTransferView_V1.0]",)
+    head.file_description.description = (f"ViewDefinition [{_VIEWS[ifc.dialect.version]}]",)
     head.file_name.name = f"{building.name}.ifc"
     head.file_name.time_stamp = TIME_STAMP
     head.file_name.author = ("scan2bim",)

@@ -6,12 +6,18 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from scan2bim.exporters.ifc_file import LABEL, Entity, IfcFile
-from scan2bim.model.elements import Dimension, Element, Record
+from scan2bim.model.elements import Dimension, Element, Evidence, Record
 
 Value = tuple[str, Any]
 """An IFC measure and its value, as ("IfcLengthMeasure", 2.5)."""
 
+ENUMERATED = "enumerated"
+"""In place of a measure: the value is one of an enumeration of the standard."""
+
 EVIDENCE = "S2B_Evidence"
+LEVELS_OF_ACCURACY = ((0.05, "LOA10"), (0.015, "LOA20"), (0.005, "LOA30"), (0.001, "LOA40"))
+"""USIBD levels by the least deviation that they stand for, metres at two standard deviations; below all: LOA50."""
+
 STATUS = ("NEW", "EXISTING", "DEMOLISH", "TEMPORARY", "OTHER", "NOTKNOWN", "UNSET")
 WITHOUT_STATUS = ("Pset_SpaceCommon", "Pset_BuildingStoreyCommon", "Pset_BuildingCommon")
 
@@ -47,27 +53,48 @@ class PropertyBook:
         scans = tuple(self._scan_names.get(scan, scan) for scan in found.scans)
         values: dict[str, Value | None] = {
             "Confidence": ("IfcNormalisedRatioMeasure", element.confidence),
+            "LOA": text(level_of_accuracy(found.rms)),
             "Points": ("IfcInteger", found.points),
             "RmsDeviation": measure("IfcLengthMeasure", found.rms),
+            "PositionSigma": measure("IfcLengthMeasure", found.position_sigma),
             "Coverage": measure("IfcNormalisedRatioMeasure", found.coverage),
             "FacesSeen": measure("IfcInteger", found.faces_seen),
             "SourceScans": ("IfcLabel", scans) if scans else None,
             "Evidence": ("IfcText", found.sentence) if found.sentence else None,
+            **_faces(found),
             **dimensions(element),
             **(extra or {}),
         }
         self.custom(product, EVIDENCE, values)
+        if self._ifc.dialect.new:
+            self._uncertainty(product, found)
+
+    def _uncertainty(self, product: Entity, found: Evidence) -> None:
+        """4.3's own set: across its faces an element is as uncertain as its place, along them as its points."""
+        sigma, rms = found.position_sigma, found.rms
+        values: dict[str, Value | None] = {
+            "UncertaintyBasis": (ENUMERATED, "MEASUREMENT" if found.points else "ESTIMATE"),
+            "UncertaintyDescription": ("IfcText", found.sentence) if found.sentence else None,
+            "OrthogonalUncertainty": measure("IfcPositiveLengthMeasure", sigma or None),
+            "LinearUncertainty": measure("IfcPositiveLengthMeasure", rms or None),
+        }
+        self._set(product, "Pset_Uncertainty", self._made(values))
+
+    def definition(self, key: str, name: str, values: Mapping[str, Value | None]) -> Entity:
+        """A property set that belongs to a type."""
+        return self._ifc.root("IfcPropertySet", key, name, HasProperties=self._made(values))
 
     def quantities(self, product: Entity, name: str, values: Mapping[str, float | None]) -> None:
         """A standard set such as Qto_WallBaseQuantities; the kind of a quantity follows from its name."""
         made = [
-            self._ifc.add(_quantity_class(key), key, None, None, round(float(value), 6))
+            self._ifc.add(_quantity_class(key), self._ifc.dialect.quantity(key), None, None, round(float(value), 6))
             for key, value in values.items()
             if value is not None
         ]
         if made:
             key = f"{name} of {product.GlobalId}"
-            definition = self._ifc.root("IfcElementQuantity", key, name, Quantities=made)
+            called = self._ifc.dialect.quantity_set(name)
+            definition = self._ifc.root("IfcElementQuantity", key, called, Quantities=made)
             self._define(product, key, definition)
 
     def _made(self, values: Mapping[str, Value | None]) -> list[Entity]:
@@ -75,6 +102,8 @@ class PropertyBook:
 
     def _property(self, name: str, value: Value) -> Entity:
         kind, content = value
+        if kind == ENUMERATED:
+            return self._ifc.add("IfcPropertyEnumeratedValue", name, None, (self._ifc.add("IfcLabel", content),), None)
         if isinstance(content, tuple):
             listed = [self._ifc.add(kind, _cut(kind, part)) for part in content]
             return self._ifc.add("IfcPropertyListValue", name, None, listed, None)
@@ -100,6 +129,25 @@ class PropertyBook:
             RelatedObjects=(product,),
             RelatingPropertyDefinition=definition,
         )
+
+
+def level_of_accuracy(rms: float | None) -> str | None:
+    """USIBD's level of represented accuracy of an element whose points leave its faces by this, metres."""
+    if rms is None:
+        return None
+    return next((name for least, name in LEVELS_OF_ACCURACY if 2 * rms >= least), "LOA50")
+
+
+def _faces(found: Evidence) -> dict[str, Value | None]:
+    """What was seen of each face."""
+    out: dict[str, Value | None] = {}
+    for face in found.faces:
+        name = f"{face.side.capitalize()}Face"
+        for share in ("seen", "occluded", "unseen"):
+            out[f"{name}{share.capitalize()}"] = ("IfcNormalisedRatioMeasure", getattr(face, share))
+        out[f"{name}Points"] = ("IfcInteger", face.points)
+        out[f"{name}RmsDeviation"] = measure("IfcLengthMeasure", face.rms)
+    return out
 
 
 def measure(kind: str, value: float | None) -> Value | None:

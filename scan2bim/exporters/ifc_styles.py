@@ -41,5 +41,7 @@ class StyleBook:
                 "IfcSurfaceStyleRendering", colour, transparency, None, None, None, None, None, None, "NOTDEFINED"
             )
             name = "#{:02x}{:02x}{:02x}".format(*rgb) + (" glass" if transparency else "")
-            self._styles[key] = self._ifc.add("IfcSurfaceStyle", name, "BOTH", (shade,))
+            style = self._ifc.add("IfcSurfaceStyle", name, "BOTH", (shade,))
+            old = self._ifc.dialect.old
+            self._styles[key] = self._ifc.add("IfcPresentationStyleAssignment", (style,)) if old else style
         return self._styles[key]

@@ -6,18 +6,23 @@ from collections.abc import Sequence
 
 from scan2bim.exporters.ifc_draft import Draft, Level, layered_type
 from scan2bim.exporters.ifc_file import Entity
-from scan2bim.exporters.ifc_openings import add_openings, openings_area
+from scan2bim.exporters.ifc_openings import add_openings
 from scan2bim.exporters.ifc_properties import measure
-from scan2bim.exporters.ifc_shapes import extrusion, placement, polyline, profile, representation, shape
+from scan2bim.exporters.ifc_shapes import placement, representation, shape
+from scan2bim.exporters.ifc_wall_shapes import axis_curve, is_curved, wall_solid
 from scan2bim.model.colours import colour_of
 from scan2bim.model.elements import Join, Ring, Storey, Wall
 from scan2bim.model.queries import wall_direction, wall_length
-from scan2bim.model.wall_outlines import outline_area, wall_outlines
+from scan2bim.model.wall_measures import measure_wall
+from scan2bim.model.wall_outlines import wall_outlines
 
 LEAST_THICKNESS = 0.001
 """Metres. Thickness is written in whole millimetres, as wall types are known by it, and never as nothing."""
 
 _CONNECTION = {"start": "ATSTART", "end": "ATEND", "path": "ATPATH"}
+_KINDS = {"PARTITIONING": "PARTITIONING", "PARAPET": "PARAPET", "SHAFT": "SHAFT"}
+"""Kinds that IFC has of its own; SOLIDWALL stands for all others, since STANDARD is deprecated."""
+
 _JOINT = {"L": "MITRE", "T": "BUTT", "X": "CROSS"}
 
 
@@ -29,7 +34,8 @@ def add_walls(draft: Draft, level: Level, storey: Storey) -> list[Entity]:
     made = {wall.id: _wall(draft, level, wall, outlines[wall.id]) for wall in walls}
     fills = [fill for wall in walls for fill in add_openings(draft, made[wall.id], wall)]
     _connect(draft, walls, made)
-    _describe(draft, found, outlines, made)
+    for wall in found:
+        _describe(draft, wall, outlines[wall.id], made[wall.id])
     return [*made.values(), *fills]
 
 
@@ -53,11 +59,13 @@ def _in_millimetres(wall: Wall) -> Wall:
 
 def _wall(draft: Draft, level: Level, wall: Wall, outline: Ring) -> Entity:
     ifc = draft.ifc
-    axis = polyline(ifc, ((0.0, 0.0), (wall_length(wall), 0.0)))
-    solid = extrusion(ifc, profile(ifc, outline), wall.height.value)
+    if is_curved(wall) and (wall.lean or wall.profile):
+        draft.notes.append(f"Wall {wall.name!r} ({wall.id}) is curved: written upright, with a level upper edge.")
+        wall = wall.model_copy(update={"lean": 0.0, "profile": ()})
+    solid, kind = wall_solid(ifc, wall, outline)
     draft.styles.paint([solid], colour_of(wall))
     entity = ifc.root(
-        "IfcWall",
+        "IfcWallStandardCase" if ifc.dialect.old and not wall.lean else "IfcWall",
         wall.id,
         wall.name,
         ObjectPlacement=placement(
@@ -65,22 +73,26 @@ def _wall(draft: Draft, level: Level, wall: Wall, outline: Ring) -> Entity:
         ),
         Representation=shape(
             ifc,
-            representation(ifc, draft.contexts.axis, "Curve2D", [axis]),
-            representation(ifc, draft.contexts.body, "SweptSolid", [solid]),
+            representation(ifc, draft.contexts.axis, "Curve2D", [axis_curve(ifc, wall)]),
+            representation(ifc, draft.contexts.body, kind, [solid]),
         ),
-        PredefinedType="SOLIDWALL",
+        PredefinedType=_KINDS.get(wall.use, "SOLIDWALL"),
     )
-    _give_type(draft, entity, wall.thickness.value)
+    _give_type(draft, entity, wall)
     return entity
 
 
-def _give_type(draft: Draft, entity: Entity, thickness: float) -> None:
-    name = f"Wall {thickness * 1000:.0f} mm"
-    if draft.types.find(name) is None:
-        layered_type(draft, "IfcWallType", "SOLIDWALL", name, thickness, "AXIS2")
-    shared = draft.types.find(name)
-    if shared is not None:
-        shared.elements.append(entity)
+def _give_type(draft: Draft, entity: Entity, wall: Wall) -> None:
+    thickness, kind = wall.thickness.value, _KINDS.get(wall.use, "SOLIDWALL")
+    name = wall_type_name(wall)
+    shared = draft.types.find(name) or layered_type(draft, "IfcWallType", kind, name, thickness, "AXIS2")
+    shared.elements.append(entity)
+
+
+def wall_type_name(wall: Wall) -> str:
+    """Walls of one kind and thickness share a type."""
+    kind = "Wall" if wall.use == "STANDARD" else f"{wall.use.capitalize()} wall"
+    return f"{kind} {wall.thickness.value * 1000:.0f} mm"
 
 
 def _connect(draft: Draft, walls: Sequence[Wall], made: dict[str, Entity]) -> None:
@@ -112,33 +124,26 @@ def _path_relation(draft: Draft, wall: Wall, join: Join, made: dict[str, Entity]
     )
 
 
-def _describe(draft: Draft, walls: Sequence[Wall], outlines: dict[str, Ring], made: dict[str, Entity]) -> None:
-    for wall in walls:
-        entity = made[wall.id]
-        draft.properties.common(
-            entity,
-            "Pset_WallCommon",
-            {
-                "Reference": ("IfcIdentifier", f"Wall {wall.thickness.value * 1000:.0f} mm"),
-                "IsExternal": measure("IfcBoolean", wall.external),
-            },
-        )
-        draft.properties.evidence(entity, wall)
-        draft.properties.quantities(entity, "Qto_WallBaseQuantities", _quantities(wall, outlines[wall.id]))
-
-
-def _quantities(wall: Wall, outline: Ring) -> dict[str, float]:
-    """Gross as if nothing were cut out; net less the openings, as far as these lie in the wall."""
-    length, height = wall_length(wall), wall.height.value
-    thickness = max(round(wall.thickness.value, 3), LEAST_THICKNESS)
-    foot, void = outline_area(outline), openings_area(wall)
-    return {
-        "Length": length,
-        "Width": thickness,
-        "Height": height,
-        "GrossFootprintArea": foot,
-        "GrossSideArea": length * height,
-        "NetSideArea": length * height - void,
-        "GrossVolume": foot * height,
-        "NetVolume": foot * height - void * thickness,
+def _describe(draft: Draft, wall: Wall, outline: Ring, entity: Entity) -> None:
+    draft.classes.classify(entity)
+    draft.properties.common(
+        entity,
+        "Pset_WallCommon",
+        {
+            "Reference": ("IfcIdentifier", wall_type_name(wall)),
+            "IsExternal": measure("IfcBoolean", wall.external),
+        },
+    )
+    draft.properties.evidence(entity, wall)
+    measured = measure_wall(_in_millimetres(wall), outline)
+    sums = {
+        "Length": wall_length(wall),
+        "Width": max(round(wall.thickness.value, 3), LEAST_THICKNESS),
+        "Height": wall.height.value,
+        "GrossFootprintArea": measured.footprint,
+        "GrossSideArea": measured.gross_side,
+        "NetSideArea": measured.net_side,
+        "GrossVolume": measured.gross_volume,
+        "NetVolume": measured.net_volume,
     }
+    draft.properties.quantities(entity, "Qto_WallBaseQuantities", sums)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import inspect
 import logging
 import os
 import re
@@ -20,9 +21,10 @@ from scan2bim.errors import ResourceError, Scan2BimError, StageError, UsageError
 from scan2bim.exporters.parts import replace_parts
 
 if TYPE_CHECKING:
+    from scan2bim.config import ExportSettings
     from scan2bim.model.elements import Building
 
-Export = Callable[["Building", Path], tuple[str, ...]]
+Export = Callable[["Building", Path, "ExportSettings"], tuple[str, ...]]
 
 GROUP: Final = "scan2bim.exporters"
 OWN_PACKAGE: Final = "scan2bim"
@@ -81,19 +83,24 @@ def _plan_jobs(targets: Sequence[Path], stem: str) -> list[_Job]:
     return jobs
 
 
-def write_outputs(building: Building, targets: Sequence[Path]) -> tuple[Written, ...]:
+def write_outputs(
+    building: Building, targets: Sequence[Path], settings: ExportSettings | None = None
+) -> tuple[Written, ...]:
     """Write the building to each target: a file with a known suffix, or a folder, which gets all formats.
 
     Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
     disk and then moved there. When an exporter fails the other files are still written and a StageError names the
     failures; when the disk is full a ResourceError comes at once. Raises UsageError as check_targets does.
     """
+    from scan2bim.config import ExportSettings
+
+    settings = settings or ExportSettings()
     jobs = _plan_jobs(targets, safe_file_stem(building.name))
     written: list[Written] = []
     failures: list[str] = []
     for job in jobs:
         try:
-            written.append(_write_whole(building, job))
+            written.append(_write_whole(building, job, settings))
         except ResourceError:
             raise
         except Scan2BimError as error:
@@ -143,13 +150,14 @@ def _load(point: metadata.EntryPoint) -> Export:
     """The entry point's export function. A third party's module may fail in any way: UsageError says how."""
     try:
         export = point.load().export
+        wants_settings = "settings" in inspect.signature(export).parameters
     except Exception as error:
         reason = _shorten(f"{type(error).__name__}: {error}")
         raise UsageError(
             f"The exporter for .{point.name} ({point.value} of package {_owner(point)}) cannot be loaded ({reason}). "
             "Update or remove that package, or choose another format."
         ) from error
-    return export
+    return export if wants_settings else lambda building, path, _: export(building, path)
 
 
 def _is_folder(target: Path) -> bool:
@@ -201,13 +209,13 @@ def _os_problem(error: OSError, what: str) -> Scan2BimError:
     return UsageError(f"{what}: {reason}. Choose another place or change its permissions.")
 
 
-def _write_whole(building: Building, job: _Job) -> Written:
+def _write_whole(building: Building, job: _Job, settings: ExportSettings) -> Written:
     """Write one file, and the folders of its parts where it has some, beside its place, flush them, move them there."""
     try:
         job.path.parent.mkdir(parents=True, exist_ok=True)
         with _hidden_folder(job.path) as folder:
             draft = folder / job.path.name
-            notes = _export_draft(building, job, draft)
+            notes = _export_draft(building, job, draft, settings)
             files = [file for file in folder.rglob("*") if file.is_file()]
             for file in files:
                 _flush(file)
@@ -222,10 +230,10 @@ def _write_whole(building: Building, job: _Job) -> Written:
     return Written(job.path, size, notes)
 
 
-def _export_draft(building: Building, job: _Job, draft: Path) -> tuple[str, ...]:
+def _export_draft(building: Building, job: _Job, draft: Path, settings: ExportSettings) -> tuple[str, ...]:
     """Run the exporter; whatever it raises becomes an error of ours, or an OSError that the caller words."""
     try:
-        return tuple(job.export(building, draft))
+        return tuple(job.export(building, draft, settings))
     except MemoryError as error:
         raise ResourceError(f"{job.path}: memory ran out while writing. Close other programs and run again.") from error
     except Exception as error:
