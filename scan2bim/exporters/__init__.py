@@ -2,7 +2,8 @@
 
 An exporter is a module with ``export(building, path) -> tuple[str, ...]``: it writes the one file ``path`` (and
 where the format needs more, a folder beside it) from the model alone and gives in words what it left out. Where it has
-a third parameter ``settings`` it gets the export settings. The entry point's name is the file's suffix, without the dot.
+a third parameter ``settings`` it gets the export settings. The entry point's name is the file's suffix, without the
+dot.
 """
 
 from scan2bim.exporters.registry import Written, check_targets, known_suffixes, write_outputs

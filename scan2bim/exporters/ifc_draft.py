@@ -13,7 +13,7 @@ from scan2bim.exporters.ifc_styles import StyleBook
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """The file, its contexts and its books of styles, types, properties and classes. ``notes`` grow by what is left out."""
+    """The file, its contexts, its books of styles, types, properties and classes. ``notes``: what is left out."""
 
     ifc: IfcFile
     contexts: Contexts

@@ -26,7 +26,8 @@ class IfcFile:
 
     def __init__(self, version: Version = "IFC4") -> None:
         self.dialect = Dialect(version)
-        self.file = ifcopenshell.file(schema=version)
+        # The library's types lack the full name of 4.3.
+        self.file = ifcopenshell.file(schema=version)  # pyright: ignore[reportArgumentType]
         self._directions: dict[tuple[float, ...], Entity] = {}
         self._guids: set[str] = set()
         self._made: dict[str, Entity] = {}

@@ -126,7 +126,8 @@ def _section(draft: Draft, column: Column, area: Polygon) -> Entity | None:
     """The section as circle or rectangle about its centre, or None where it is neither."""
     if column.section == "round":
         radius = round(_radius(area), 6)
-        return draft.ifc.add("IfcCircleProfileDef", "AREA", f"diameter {2000 * radius:.0f} mm", None, radius)
+        centre = draft.ifc.add("IfcAxis2Placement2D", draft.ifc.point((0.0, 0.0)))
+        return draft.ifc.add("IfcCircleProfileDef", "AREA", f"diameter {2000 * radius:.0f} mm", centre, radius)
     if not is_rectangle(area):
         return None
     _, along, across = long_side(area)

@@ -12,6 +12,9 @@ from scan2bim.model.elements import Opening, Wall
 from scan2bim.model.queries import wall_arc, wall_length
 from scan2bim.model.wall_measures import is_opening, reach_across
 
+PAST_END = 0.01
+"""Metres. An opening that ends this near to its wall's end ends there: rounding, not a fault to tell."""
+
 
 def add_openings(draft: Draft, host: Entity, wall: Wall) -> list[Entity]:
     """Cuts the wall's openings into its entity; gives the doors and windows in them."""
@@ -48,7 +51,7 @@ def _opening(draft: Draft, host: Entity, wall: Wall, opening: Opening) -> Entity
         PredefinedType="RECESS" if niche else "OPENING",
     )
     ifc.root("IfcRelVoidsElement", f"void of {opening.id}", RelatingBuildingElement=host, RelatedOpeningElement=void)
-    if opening.offset.value < 0.0 or opening.offset.value + width > wall_length(wall):
+    if opening.offset.value < -PAST_END or opening.offset.value + width > wall_length(wall) + PAST_END:
         draft.notes.append(f"Opening {opening.name!r} ({opening.id}) reaches past the end of {wall.name!r}.")
     purpose = None if opening.fill is None else opening.fill.kind.upper()
     draft.properties.common(void, "Pset_OpeningElementCommon", {"Purpose": text(purpose)})

@@ -46,7 +46,7 @@ def plane_frame(plane: RoofPlane) -> tuple[Floats, Floats, Floats]:
     """Origin (3,), axes (3, 3) in rows (x level, y up the slope, z upwards normal), and corners (n, 2) in them."""
     points = np.array(plane.outline, np.float64)
     origin = points[0]
-    normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
+    normal: Floats = np.linalg.svd(points - points.mean(axis=0))[2][2].astype(np.float64)
     normal = normal if normal[2] >= 0.0 else -normal
     level = np.array([-normal[1], normal[0], 0.0])
     size = float(np.linalg.norm(level))

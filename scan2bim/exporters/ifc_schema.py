@@ -75,8 +75,8 @@ class Dialect:
 
 @cache
 def attributes(version: str, ifc_class: str) -> tuple[str, ...]:
-    """Names of a class's attributes, in order."""
+    """Names of a class's attributes, in order; of a measure its value."""
     entity = ifcopenshell.schema_by_name(version).declaration_by_name(ifc_class).as_entity()
     if entity is None:
-        raise ValueError(f"{ifc_class} is no entity of {version}")
+        return ("wrappedValue",)
     return tuple(attribute.name() for attribute in entity.all_attributes())

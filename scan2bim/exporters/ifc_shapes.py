@@ -54,7 +54,8 @@ def extrusion(ifc: IfcFile, area: Entity, depth: float, position: Entity | None 
 
 def rectangle_through(ifc: IfcFile, width: float, height: float, depth: float) -> Entity:
     """A box over x 0 to width, y 0 to depth, z 0 to height: one rectangle profile swept across a wall, along y."""
-    area = ifc.add("IfcRectangleProfileDef", "AREA", None, None, round(width, 6), round(height, 6))
+    centre = ifc.add("IfcAxis2Placement2D", ifc.point((0.0, 0.0)))
+    area = ifc.add("IfcRectangleProfileDef", "AREA", None, centre, round(width, 6), round(height, 6))
     position = ifc.add(
         "IfcAxis2Placement3D",
         ifc.point((width / 2, depth, height / 2)),

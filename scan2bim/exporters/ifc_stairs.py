@@ -143,7 +143,10 @@ def _flight(draft: Draft, whole: Entity, stair: Stair, flight: Flight, number: i
 
 
 def _steps(risers: int, run: float, height: float) -> list[Point2]:
-    """The flight from the side: x along it from the first riser, z up from its base; counter-clockwise."""
+    """The flight from the side: x along it from the first riser, z up from its base; counter-clockwise.
+
+    It ends with the last tread: the floor above, at the head of the last riser, is not the flight's.
+    """
     rise, tread = height / risers, run / (risers - 1) if risers > 1 else 0.0
     if risers < 2 or tread < 0.05:
         depth = max(run, 0.25)
@@ -154,8 +157,8 @@ def _steps(risers: int, run: float, height: float) -> list[Point2]:
     first = [(0.0, 0.0), (foot, 0.0)] if height - rise > drop else [(0.0, 0.0)]
     corners: list[Point2] = []
     for step in range(risers - 1, 0, -1):
-        corners += [(step * tread, (step + 1) * rise), (step * tread, step * rise)]
-    return [*first, *under, *corners, (0.0, rise)]
+        corners += [(step * tread, step * rise), ((step - 1) * tread, step * rise)]
+    return [*first, *under, *corners]
 
 
 def _area(outline: list[Point2]) -> float:
@@ -180,7 +183,7 @@ def _landings(
         if not near:
             continue
         parts = [part for part in parts if part is not near[0]]
-        solids = prisms(draft.ifc, polygons(tuple(near[0].exterior.coords)[:-1]), WAIST, 0.0)
+        solids = prisms(draft.ifc, near[:1], WAIST, 0.0)
         draft.styles.paint(solids, colour_of(stair))
         made.append(
             draft.ifc.root(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -15,10 +15,17 @@ from scan2bim.model.elements import Opening, Point2, Ring, Wall
 from scan2bim.model.queries import wall_arc, wall_length
 
 if TYPE_CHECKING:
-    from shapely import Geometry, Polygon
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
 
 LEAST_SIZE: Final = 0.01
 """Metres. Nothing narrower or lower is an opening."""
+
+SAGITTA: Final = 1e-4
+"""Metres that a polygon may leave an arc: no more than a hundred-thousandth of a wall's volume."""
+
+BEYOND: Final = 10.0
+"""Metres that an upper edge goes on beyond the axis, over the corners of joined walls."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +127,25 @@ def opening_void(wall: Wall, opening: Opening) -> Void:
 
 
 def height_at(profile: Sequence[Point2], along: float) -> float:
-    """Height of an upper edge at a distance along the axis, the ends' heights beyond them."""
-    if along <= profile[0][0]:
-        return profile[0][1]
-    for (x0, z0), (x1, z1) in itertools.pairwise(profile):
+    """Height of an upper edge at a distance along the axis; beyond its ends it goes on as it does there."""
+    for (x0, z0), (x1, z1) in pairwise(_prolonged(profile)):
         if along <= x1:
-            return z1 if x1 == x0 else z0 + (z1 - z0) * (along - x0) / (x1 - x0)
+            return z0 + (z1 - z0) * (along - x0) / (x1 - x0) if x1 > x0 else z1
     return profile[-1][1]
+
+
+def _prolonged(profile: Sequence[Point2]) -> list[Point2]:
+    """The upper edge with its first and last stretch made longer by ``BEYOND``."""
+    first, last = _onwards(profile[1], profile[0]), _onwards(profile[-2], profile[-1])
+    return [first, *profile[1:-1], last]
+
+
+def _onwards(inner: Point2, end: Point2) -> Point2:
+    run = end[0] - inner[0]
+    if run == 0.0:
+        return end
+    further = BEYOND if run > 0.0 else -BEYOND
+    return (end[0] + further, end[1] + (end[1] - inner[1]) * further / run)
 
 
 def _prism_volume(foot: Polygon, wall: Wall) -> float:
@@ -138,7 +157,7 @@ def _prism_volume(foot: Polygon, wall: Wall) -> float:
     x0, y0, x1, y1 = foot.bounds
     cuts = [x0, *(x for x, _ in wall.profile if x0 < x < x1), x1]
     total = 0.0
-    for left, right in itertools.pairwise(cuts):
+    for left, right in pairwise(cuts):
         part = foot.intersection(shapely.box(left, y0, right, y1))
         if part.area > 0.0:
             total += part.area * height_at(wall.profile, part.centroid.x)
@@ -157,14 +176,14 @@ def _cut_volume(foot: Polygon, wall: Wall, voids: Sequence[Void]) -> float:
         levels |= {void.low, void.high}
     heights = sorted(z for z in levels if 0.0 <= z <= top)
     total = 0.0
-    for low, high in itertools.pairwise(heights):
+    for low, high in pairwise(heights):
         active = [void.outline for void in voids if void.low < (low + high) / 2 < void.high]
         if active:
             total += (high - low) * _mean_area(shapely.union_all(active).intersection(foot), wall, low, high)
     return total
 
 
-def _mean_area(section: Geometry, wall: Wall, low: float, high: float) -> float:
+def _mean_area(section: BaseGeometry, wall: Wall, low: float, high: float) -> float:
     """Mean area of a section from one height to another, below the wall's upper edge; it changes as a parabola."""
     if not wall.profile or section.area == 0.0:
         return section.area
@@ -172,15 +191,13 @@ def _mean_area(section: Geometry, wall: Wall, low: float, high: float) -> float:
     return (areas[0] + 4 * areas[1] + areas[2]) / 6
 
 
-def _below(wall: Wall, height: float, section: Geometry) -> Geometry:
+def _below(wall: Wall, height: float, section: BaseGeometry) -> BaseGeometry:
     """The plan strips in which the wall is higher than this."""
     import shapely
 
     _, y0, _, y1 = section.bounds
-    edge = [(wall.profile[0][0] - 10.0, wall.profile[0][1]), *wall.profile]
-    edge.append((wall.profile[-1][0] + 10.0, wall.profile[-1][1]))
-    strips: list[Geometry] = []
-    for (xa, za), (xb, zb) in itertools.pairwise(edge):
+    strips: list[BaseGeometry] = []
+    for (xa, za), (xb, zb) in pairwise(_prolonged(wall.profile)):
         if max(za, zb) <= height or xb <= xa:
             continue
         left, right = xa, xb
