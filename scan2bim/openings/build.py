@@ -47,38 +47,35 @@ def find_openings(
     """Find the openings of all walls and write them to ``folder``/openings.json."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    found = openings_of(structure, scene, progress)
-    found += _closed_doors(structure, scene, scan_folders)
+    found = openings_of(structure, scene, scan_folders, progress)
     save_openings(_once(found, structure.storeys), folder / "openings.json")
 
 
-def openings_of(structure: StructureShape, scene: Scene, progress: Callable[[float], None]) -> list[OpeningShape]:
-    """Openings of all walls, storey by storey."""
-    found: list[OpeningShape] = []
-    for number, storey in enumerate(structure.storeys):
-        z = scene.surfels.xyz[:, 2]
-        near = scene.surfels.pick((z > storey.floor - 0.2) & (z < storey.top + 0.2))
-        panoramas = scene.panoramas or virtual_panoramas(storey, near)
-        index = PlanIndex(near.xyz)
-        for place, wall in enumerate(storey.walls):
-            beside = near.pick(index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + 0.1))
-            for opening in find_open(number, place, wall, wall_image(wall, beside, _close(panoramas, wall))):
-                found.append(_with_leaf(opening, wall, near, index))
-        progress((number + 1) / len(structure.storeys))
-    return found
-
-
-def _closed_doors(structure: StructureShape, scene: Scene, scan_folders: Sequence[Path]) -> list[OpeningShape]:
-    """Closed doors of all walls."""
+def openings_of(
+    structure: StructureShape, scene: Scene, scan_folders: Sequence[Path], progress: Callable[[float], None]
+) -> list[OpeningShape]:
+    """Openings of all walls, neighbourhood by neighbourhood: those that were looked through, and closed doors."""
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]
+    virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
     index = PlanIndex(scene.surfels.xyz)
     expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
     found: list[OpeningShape] = []
-    for k, points in points_by_wall(scan_folders, walls, expected):
-        faces = faces_of(walls[k], points, scene.stations, _close(scene.panoramas, walls[k]))
-        found += closed_openings(*places[k], faces, points)
+    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
+        (storey, place), wall = places[k], walls[k]
+        panoramas = _close(scene.panoramas, wall)
+        image = wall_image(wall, points, panoramas or _close(virtual[storey], wall), scene.stations)
+        seen = find_open(storey, place, wall, image)
+        found += [_with_leaf(opening, wall, scene.surfels, index) for opening in seen]
+        found += closed_openings(storey, place, faces_of(wall, points, scene.stations, panoramas), points)
+        progress((done + 1) / len(walls))
     return found
+
+
+def _virtual(storey: StoreyShape, surfels: Surfels) -> dict[int, Panorama]:
+    """Made-up stations in a storey."""
+    z = surfels.xyz[:, 2]
+    return virtual_panoramas(storey, surfels.pick((z > storey.floor - 0.2) & (z < storey.top + 0.2)))
 
 
 def _points_beside(wall: WallShape, surfels: Surfels, index: PlanIndex) -> int:

@@ -1,117 +1,135 @@
-"""Open doors, passages and windows: rectangles in a wall that stations looked through (the paper's section IV).
+"""Openings of a wall that were looked through: rectangles in which its face is missing (the paper's section IV).
 
-Centroids are clustered by region growing; a cluster's rectangle comes from lateral histograms, and its sides are then
-moved to the reveals, the surfaces inside the wall's thickness, which are good to millimetres.
+Where the face is missing, and a station looked through or something was seen behind the face, pixels are clustered by
+region growing; a cluster's rectangle comes from lateral histograms, and its sides are then moved to the edges of the
+wall's face and to the reveals.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.geometry.raster import closed, opened
+from scan2bim.openings.edges import MARGIN, REACH, Edge, find_edge
 from scan2bim.openings.shapes import Kind, OpeningShape
 from scan2bim.openings.wall_image import PIXEL, WallImage
 from scan2bim.structure.shapes import WallShape
 
-SMALLEST_AREA = 0.15
+BLUR = 4
+"""Pixels, 10 cm, of the square in which points on the face are weighed against what was seen behind it."""
+GONE = 0.15
+"""Share of that square that must show something behind the face."""
+HOLE, SPECK = 5, 5
+"""Pixels: gaps up to 12 cm are closed, and what is narrower than 12 cm is dropped."""
+SMALLEST_AREA = 0.12
 """Square metres: hatches and roof lights are larger, holes in the sampling are smaller."""
 NARROWEST, WIDEST_DOOR = 0.45, 2.6
 """Clear widths of doors, metres (trade: single 0.5 to 1.5, double to 2.5)."""
+LOWEST_WINDOW = 0.3
+"""Least width and height of an opening, metres."""
 WIDEST_SINGLE = 1.3
 """Clear width, metres, up to which an opening whose lintel cannot be seen (scan cut below the ceiling) is taken for a
-door."""
-LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.15
+door; and of the widest single leaf."""
+LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.05
 """A door's head lies at least this high over the floor, its sill at most this high, metres."""
-REVEAL = 0.14
-"""How far from the rough edge, metres, a reveal is looked for: a frame's width and two pixels."""
-SHARE = 0.5
+LOWEST_GLAZED = 1.9
+"""Height, metres, of the lowest glazed door: lower ones are windows that reach the floor."""
+SHARE = 0.25
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
 LOWEST_SIGHT = 0.45
 """Height, metres, up to which an opening's lower part may be hidden by the floor behind it."""
-WIDEST_FRAME = 0.25
-"""Width, metres, of frames and linings between what was looked through and the wall's own edge."""
-MULLION = 0.25
-"""Width, metres, up to which what parts two rectangles is a mullion or transom of one opening."""
+HIGHEST_HIDDEN = 0.9
+"""Height, metres, up to which it may be hidden by furniture in inner walls, where windows are rare."""
+PANEL = 0.5
+"""Width, metres, from which on a solid part beside what was looked through is something else, a door beside a window."""
+FRAME = 0.12
+"""Width, metres, of the frame that is left between the two."""
+RING = 0.3
+"""Width, metres, of the ring round a part of an opening in which the wall's density of points is taken."""
+SOLID = 0.8
+"""Share of the wall's density of points from which on a thing is solid: panes return fewer."""
+LEAST_THROUGH = 0.06
+"""Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
 RIM = 0.15
 """Width, metres, of an opening's rim, in which lining and frame are left out when panes are looked for."""
+HIDDEN = 0.3
+"""Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle."""
+WHOLE = 0.12
+"""Distance, metres, to the wall's ends, head and foot, within which an opening is the whole wall: a glass front or no
+wall at all."""
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top in metres, along the wall from its start and up from its base."""
-F64 = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
     """Openings of one wall that were looked through."""
-    mask = opened(closed(image.opening.astype(np.uint8), 3), 4)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    missing = face_missing(image)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
     large = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
-    boxes = [box for k in large if (box := _rectangle(labels == k)) is not None]
-    boxes = _join_panes([_to_wall_edges(_to_floor(box, image), image) for box in boxes])
-    openings = [_refined(storey, number, wall, image, box) for box in boxes]
+    boxes = [box for k in large if (box := _box(labels == k, image)) is not None]
+    openings = [_opening(storey, number, wall, image, _to_floor(box, wall, image, missing)) for box in boxes]
     return [o for o in openings if o is not None]
 
 
-def _to_floor(box: Box, image: WallImage) -> Box:
-    """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the
-    floor.
+def face_missing(image: WallImage) -> Mask:
+    """Where the face on one side of the wall is not, since something was seen behind it or rays went through: the leaf
+    of an open door may stand before the other face.
     """
+    mask = np.zeros(image.through.shape, np.uint8)
+    for points, behind in zip(image.faces, image.behind, strict=True):
+        if not points.any():
+            continue
+        face = _blurred(points > 0)
+        gone = _blurred(((behind > 0) | (image.through > 0)) & (points == 0))
+        mask |= (gone > face) & (gone > GONE)
+    return opened(closed(mask, HOLE), SPECK).astype(bool)
+
+
+def _blurred(mask: Mask) -> NDArray[np.float32]:
+    blurred = cv2.boxFilter(mask.astype(np.float32), -1, (BLUR, BLUR), borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(blurred, np.float32)
+
+
+def _box(cluster: Mask, image: WallImage) -> Box | None:
+    """The rectangle of a cluster without solid leaves or panels beside what was looked through; None where that is too
+    little.
+    """
+    box = _rectangle(cluster)
+    clear = closed((cluster & (image.through > 0) & ~image.face).astype(np.uint8), 2 * HOLE).astype(bool)
+    inner = _rectangle(clear) if clear.sum() >= LEAST_THROUGH * cluster.sum() else None
+    if box is None or inner is None:
+        return None
     left, right, bottom, top = box
-    under = _part(image.data, left + PIXEL, right - PIXEL, 2 * PIXEL, bottom)
-    seen_low = _part(image.through > 0, left + PIXEL, right - PIXEL, 3 * PIXEL, bottom)
-    hidden = bottom > LOWEST_SIGHT and (seen_low.size == 0 or seen_low.mean() < 0.2)
-    if hidden or (under.size and under.mean() > 0.25):
-        return box
-    return left, right, 0.0, top
+    if inner[0] - left > PANEL and _solid(image, (left, inner[0] - FRAME, bottom, top)):
+        left = inner[0] - FRAME
+    if right - inner[1] > PANEL and _solid(image, (inner[1] + FRAME, right, bottom, top)):
+        right = inner[1] + FRAME
+    if inner[2] - bottom > PANEL and _solid(image, (left, right, bottom, inner[2] - FRAME)):
+        bottom = inner[2] - FRAME
+    if top - inner[3] > PANEL and _solid(image, (left, right, inner[3] + FRAME, top)):
+        top = inner[3] + FRAME
+    return left, right, bottom, top
 
 
-def _to_wall_edges(box: Box, image: WallImage) -> Box:
-    """Each side outwards, over the frame, to where the wall's face begins."""
+def _solid(image: WallImage, box: Box) -> bool:
+    """Whether a part of the opening returned as many pulses as the wall round it: a leaf or a panel, no pane."""
     left, right, bottom, top = box
-    for _ in range(round(WIDEST_FRAME / PIXEL)):
-        rows, cols = (bottom + PIXEL, top - PIXEL), (left + PIXEL, right - PIXEL)
-        if _bare(image, left - PIXEL, left, *rows):
-            left -= PIXEL
-        if _bare(image, right, right + PIXEL, *rows):
-            right += PIXEL
-        if _bare(image, *cols, top, top + PIXEL):
-            top += PIXEL
-        if bottom > 0 and _bare(image, *cols, bottom - PIXEL, bottom):
-            bottom -= PIXEL
-    return left, right, max(bottom, 0.0), top
+    here = _part(image.behind.sum(0), *box)
+    around = _part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
+    wall = around[around > 0]
+    return bool(here.size and len(wall) and here.mean() > SOLID * wall.mean())
 
 
-def _bare(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
-    strip = _part(image.data, left, right, bottom, top)
-    return bool(strip.size and strip.mean() < 0.3)
-
-
-def _join_panes(boxes: list[Box]) -> list[Box]:
-    """Rectangles side by side or one above the other with a mullion between them are one opening."""
-    boxes = sorted(boxes)
-    merged = True
-    while merged:
-        merged = False
-        for i, a in enumerate(boxes):
-            mate = next((b for b in boxes[i + 1 :] if _same_opening(a, b)), None)
-            if mate is not None:
-                boxes.remove(mate)
-                boxes[i] = (min(a[0], mate[0]), max(a[1], mate[1]), min(a[2], mate[2]), max(a[3], mate[3]))
-                merged = True
-                break
-    return boxes
-
-
-def _same_opening(a: Box, b: Box) -> bool:
-    sideways, upwards = max(a[0], b[0]) - min(a[1], b[1]), max(a[2], b[2]) - min(a[3], b[3])
-    level = abs(a[2] - b[2]) < 0.2 and abs(a[3] - b[3]) < 0.2
-    upright = abs(a[0] - b[0]) < 0.2 and abs(a[1] - b[1]) < 0.2
-    return (sideways < MULLION and level) or (upwards < MULLION and upright) or (sideways < 0 and upwards < 0)
-
-
-def _rectangle(region: NDArray[np.bool_]) -> Box | None:
+def _rectangle(region: Mask) -> Box | None:
     """Left, right, bottom, top (metres) of a cluster by its lateral histograms; None if it fills it badly."""
     columns, rows = region.sum(0), region.sum(1)
+    if not columns.any():
+        return None
     left, right = _span(columns, SHARE * float(np.percentile(columns[columns > 0], 90)))
     bottom, top = _span(rows, SHARE * float(np.percentile(rows[rows > 0], 90)))
     inner = region[bottom:top, left:right]
@@ -125,29 +143,64 @@ def _span(histogram: NDArray[np.int64], least: float) -> tuple[int, int]:
     return (int(at[0]), int(at[-1]) + 1) if len(at) else (0, 0)
 
 
-def _refined(storey: int, number: int, wall: WallShape, image: WallImage, box: Box) -> OpeningShape | None:
-    """Sides moved to the reveals, then told apart: door, window or passage."""
+def _to_floor(box: Box, wall: WallShape, image: WallImage, missing: Mask) -> Box:
+    """Down to the floor where no wall was seen between the rectangle and the floor: rays that pass low soon meet the
+    floor.
+    """
     left, right, bottom, top = box
-    along, up = image.inner[:, 0], image.inner[:, 1]
-    tall = (up > bottom + 0.1) & (up < top - 0.1)
-    wide = (along > left + 0.1) & (along < right - 0.1)
-    left, left_points = _edge(along[tall], image.inner_points[tall], left, 1.0)
-    right, right_points = _edge(along[tall], image.inner_points[tall], right, -1.0)
-    top, head_points = _edge(up[wide], image.inner_points[wide], top, -1.0)
-    if bottom < HIGHEST_SILL:
-        bottom = 0.0
-    else:
-        bottom, _ = _edge(up[wide], image.inner_points[wide], bottom, 1.0)
-    height_of_wall = wall.top - wall.base
-    top = min(top, height_of_wall)
+    under = _part(image.face & ~missing, left + 2 * PIXEL, right - 2 * PIXEL, 4 * PIXEL, bottom)
+    walled = (under.mean(0) > 0.15).mean() if under.size else 0.0
+    seen_low = _part(image.through > 0, left + 2 * PIXEL, right - 2 * PIXEL, 6 * PIXEL, bottom)
+    outer = not (wall.left and wall.right)
+    dark = seen_low.size == 0 or seen_low.mean() < 0.2
+    if walled > 0.6 or (dark and bottom > (LOWEST_SIGHT if outer else HIGHEST_HIDDEN)):
+        return box
+    return _bare(image, left, -1, top), _bare(image, right, 1, top), 0.0, top
+
+
+def _bare(image: WallImage, side: float, step: int, top: float) -> float:
+    """A jamb moved outwards, behind a leaf that hides it, to where the wall's face begins; as it is if that is not near."""
+    for k in range(round(HIDDEN / PIXEL)):
+        at = side + step * k * PIXEL
+        strip = _part(image.face, min(at, at + 2 * step * PIXEL), max(at, at + 2 * step * PIXEL), MARGIN, top - MARGIN)
+        if strip.size and strip.any(1).mean() > 0.3:
+            return at
+    return side
+
+
+def _supported(image: WallImage, box: Box) -> int:
+    """How many of the four sides have the wall's face beside them, on a third of their length."""
+    left, right, bottom, top = box
+    wall = image.face
+    beside = (
+        _part(wall, left - RIM, left - PIXEL, bottom, top).any(1),
+        _part(wall, right + PIXEL, right + RIM, bottom, top).any(1),
+        _part(wall, left, right, bottom - RIM, bottom - PIXEL).any(0),
+        _part(wall, left, right, top + PIXEL, top + RIM).any(0),
+    )
+    return sum(1 for side in beside if side.size and side.mean() > 1 / 3)
+
+
+def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: Box) -> OpeningShape | None:
+    """Sides moved to the edges of the face, then told apart: door, window or passage."""
+    left, right, bottom, top = box
+    sides = _sides(image, box)
+    left, right, top = (sides[k].place for k in (0, 1, 3))
+    bottom = sides[2].place if bottom > 0.0 or sides[2].wall else 0.0
+    bottom = 0.0 if bottom < HIGHEST_SILL else bottom
+    top = min(top, wall.top - wall.base)
     width, height = right - left, top - bottom
-    if width < (NARROWEST if bottom == 0.0 else NARROWEST - 0.1) or height < 0.3:
+    if min(width, height) < LOWEST_WINDOW or (bottom == 0.0 and width < NARROWEST):
+        return None
+    box = (left, right, bottom, top)
+    touching = _touching(wall, box)
+    if _supported(image, box) < (1 if bottom == 0.0 else 2) + (touching > 0) or _is_whole(wall, box):
         return None
     lintel = _wall_above(image, left, right, top)
-    kind = _kind(wall, image, (left, right, bottom, top), lintel)
-    inside = _part(image.opening, left, right, bottom, top)
+    kind = _kind(wall, image, box, lintel)
+    inside = _part(image.through > 0, *box)
     share = float(inside.mean()) if inside.size else 0.0
-    jambs = int(left_points > 0) + int(right_points > 0)
+    jambs = sum(1 for side in sides[:2] if side.reveal > 0)
     return OpeningShape(
         storey,
         number,
@@ -157,44 +210,69 @@ def _refined(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         round(bottom, 4),
         round(width, 4),
         round(height, 4),
-        0.005 if jambs == 2 else PIXEL / 2,
-        0.005 if head_points else PIXEL / 2,
+        round(float(np.hypot(sides[0].sigma, sides[1].sigma)), 4),
+        round(float(np.hypot(sides[2].sigma, sides[3].sigma)), 4),
         round(share, 3),
         jambs,
         lintel,
-        left_points + right_points + head_points,
-        tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, left, right, bottom, top).any())),
+        sum(side.reveal for side in sides),
+        tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, *box).any())),
         round(_confidence(kind, share, jambs, lintel), 3),
     )
 
 
-def _edge(place: F64, points: NDArray[np.int64], rough: float, inward: float) -> tuple[float, int]:
-    """The reveal at a rough edge: median place of the outermost crowded 2 cm within reach, and its points; the rough
-    edge if none.
-    """
-    near = np.abs(place - rough) < REVEAL
-    if near.sum() < 4:
-        return rough, 0
-    values, weights = place[near], points[near]
-    steps = np.floor((values - rough + REVEAL) / 0.01).astype(int)
-    counts = np.convolve(np.bincount(steps, minlength=int(2 * REVEAL / 0.01) + 1), np.ones(3), mode="same")
-    strong = np.flatnonzero(counts >= 0.5 * counts.max())
-    best = strong[0] if inward > 0 else strong[-1]
-    close = np.abs(values - (rough - REVEAL + (best + 0.5) * 0.01)) < 0.02
-    if close.sum() < 4:
-        return rough, 0
-    return float(np.median(values[close])), int(weights[close].sum())
+def _sides(image: WallImage, box: Box) -> tuple[Edge, Edge, Edge, Edge]:
+    """Left, right, lower and upper edge."""
+    left, right, bottom, top = box
+    along, up = image.along, image.up
+    near = np.flatnonzero((along > left - REACH) & (along < right + REACH) & (up > bottom - REACH) & (up < top + REACH))
+    along, up = along[near].astype(np.float64), up[near].astype(np.float64)
+    depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
+    tall = (up > bottom + MARGIN) & (up < top - MARGIN)
+    wide = (along > left + MARGIN) & (along < right - MARGIN)
+    found: list[list[Edge]] = []
+    for here in (side == 0, side == 1):
+        t, w = tall & here, wide & here
+        edges = [
+            find_edge(along[t], depth[t], on_face[t], left, 1.0),
+            find_edge(along[t], depth[t], on_face[t], right, -1.0),
+            find_edge(up[w], depth[w], on_face[w], bottom, 1.0),
+            find_edge(up[w], depth[w], on_face[w], top, -1.0),
+        ]
+        found.append(edges)
+    pairs = zip(*found, (1.0, -1.0, 1.0, -1.0), strict=True)
+    first, second, third, fourth = (_outer(a, b, inward) for a, b, inward in pairs)
+    return first, second, third, fourth
 
 
-def _part(mask: NDArray[np.bool_], left: float, right: float, bottom: float, top: float) -> NDArray[np.bool_]:
+def _outer(a: Edge, b: Edge, inward: float) -> Edge:
+    """The better of the edges of both faces, or the farther out: an open leaf hides one of them."""
+    if a.wall != b.wall:
+        return a if a.wall else b
+    return min(a, b, key=lambda e: (e.sigma, inward * e.place))
+
+
+def _touching(wall: WallShape, box: Box) -> int:
+    """How many of the wall's ends and its upper edge an opening reaches: there may be no wall, but a roof's slope."""
+    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    return sum(1 for gap in (box[0], length - box[1], wall.top - wall.base - box[3]) if gap < 2 * PIXEL)
+
+
+def _is_whole(wall: WallShape, box: Box) -> bool:
+    """Whether an opening leaves nothing of the wall but rims: a glass front, or no wall at all."""
+    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    return box[0] + length - box[1] < 2 * WHOLE and box[2] + wall.top - wall.base - box[3] < 2 * WHOLE
+
+
+def _part(mask: NDArray[Any], left: float, right: float, bottom: float, top: float) -> NDArray[Any]:
     rows = slice(max(0, round(bottom / PIXEL)), max(0, round(top / PIXEL)))
     return mask[rows, max(0, round(left / PIXEL)) : max(0, round(right / PIXEL))]
 
 
 def _wall_above(image: WallImage, left: float, right: float, top: float) -> bool:
     """Whether the wall's face was seen above the opening."""
-    above = _part(image.data, left, right, top + PIXEL, top + 0.4)
-    return bool(above.size and above.mean() > 0.3)
+    above = _part(image.face, left, right, top + PIXEL, top + 0.4)
+    return bool(above.size and above.mean() > 0.1)
 
 
 def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
@@ -204,21 +282,19 @@ def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
     outer = not (wall.left and wall.right)
     if top < LOWEST_HEAD:
         return "window" if outer else "passage"
-    if outer and _glazed(image, left, right, bottom, top):
-        return "window" if right - left > 1.3 else "door"
+    if outer and _glazed(image, box):
+        return "door" if right - left <= WIDEST_SINGLE and top >= LOWEST_GLAZED else "window"
     door_like = lintel or (not wall.top_seen and right - left <= WIDEST_SINGLE)
     return "door" if door_like and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
 
 
-def _glazed(image: WallImage, left: float, right: float, bottom: float, top: float) -> bool:
+def _glazed(image: WallImage, box: Box) -> bool:
     """Whether something hangs in the opening between its sides, within the wall: panes return some pulses, bars and
     frames all.
     """
-    along, up = (image.inner - [left + RIM, bottom + RIM]).T
-    width, height = right - left - 2 * RIM, top - bottom - 2 * RIM
-    inside = (along > 0) & (along < width) & (up > 0) & (up < height)
-    cells = np.unique(np.floor(np.stack([along[inside], up[inside]]) / 0.1), axis=1).shape[1]
-    return width > 0 and height > 0 and cells * 0.01 / (width * height) > 0.08
+    left, right, bottom, top = box
+    inside = _part(image.behind.sum(0) > 0, left + RIM, right - RIM, bottom + RIM, top - RIM)
+    return bool(inside.size and inside.mean() > 0.08)
 
 
 def _confidence(kind: Kind, share: float, jambs: int, lintel: bool) -> float:

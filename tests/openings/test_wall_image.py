@@ -1,17 +1,22 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from surfaces import level, surfels_of, turned, upright
+from surfaces import level, turned, upright
 
 from scan2bim.cloud.panorama import Panorama, add_hits
+from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.wall_image import PIXEL, WallImage, wall_image
 from scan2bim.structure.shapes import WallShape
 
 F64 = NDArray[np.float64]
 LENGTH, HEIGHT, THICKNESS = 4.0, 2.5, 0.1
 EYE = (2.0, 2.0, 1.5)
+ABSENT = np.full((3, 3), np.nan)
+"""Positions of stations 0 to 2, which are not known."""
 LEFT, RIGHT, HEAD = 1.5, 2.5, 2.0
 """The doorway in the wall, metres along it and up."""
 
@@ -42,7 +47,21 @@ def image(points: F64, yaw: float = 0.0, eye: tuple[float, float, float] = EYE) 
     position = turned(np.array([eye]), yaw)[0]
     ranges = np.zeros((6, 48, 48), np.float32)
     add_hits(points.astype(np.float32), position.astype(np.float32), ranges)
-    return wall_image(wall(yaw), surfels_of(points), {3: Panorama(position, ranges)})
+    return wall_image(
+        wall(yaw), near(wall(yaw), points), {3: Panorama(position, ranges)}, np.vstack([ABSENT, position])
+    )
+
+
+def near(wall: WallShape, points: F64) -> WallPoints:
+    """Points in the wall's own coordinates, seen from station 3."""
+    start, end = np.array(wall.start), np.array(wall.end)
+    direction = (end - start) / np.linalg.norm(end - start)
+    along, up = (points[:, :2] - start) @ direction, points[:, 2] - wall.base
+    across = (points[:, :2] - start) @ np.array([-direction[1], direction[0]])
+    close = np.abs(across) < wall.thickness / 2 + 0.12
+    along, across, up = (a[close].astype(np.float32) for a in (along, across, up))
+    count = int(close.sum())
+    return WallPoints(along, across, up, np.zeros((count, 3), np.uint8), np.full(count, 3, np.uint16))
 
 
 def part(mask: NDArray[np.generic], left: float, right: float, low: float, high: float) -> NDArray[np.generic]:
@@ -50,14 +69,16 @@ def part(mask: NDArray[np.generic], left: float, right: float, low: float, high:
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.5, 2.3])
-def test_the_doorway_was_looked_through_and_the_wall_beside_it_has_data(yaw: float) -> None:
+def test_the_doorway_was_looked_through_and_the_wall_beside_it_has_a_face(yaw: float) -> None:
     found = image(scene(), yaw)
-    assert found.data.shape == (round(HEIGHT / PIXEL), round(LENGTH / PIXEL))
-    assert part(found.opening, LEFT + 0.15, RIGHT - 0.15, 0.3, HEAD - 0.15).mean() > 0.9
-    assert not part(found.opening, 0.1, LEFT - 0.15, 0.1, HEIGHT - 0.1).any()
-    assert not part(found.opening, LEFT, RIGHT, HEAD + 0.15, HEIGHT - 0.1).any()
-    assert part(found.data, 0.1, LEFT - 0.1, 0.1, HEIGHT - 0.1).mean() > 0.9
-    assert not part(found.data, LEFT + 0.1, RIGHT - 0.1, 0.1, HEAD - 0.1).any()
+    assert found.face.shape == found.through.shape == (round(HEIGHT / PIXEL), round(LENGTH / PIXEL))
+    through = found.through > 0
+    assert part(through, LEFT + 0.15, RIGHT - 0.15, 0.3, HEAD - 0.15).mean() > 0.9
+    assert not part(through, 0.1, LEFT - 0.15, 0.1, HEIGHT - 0.1).any()
+    assert not part(through, LEFT, RIGHT, HEAD + 0.15, HEIGHT - 0.1).any()
+    assert part(found.face, 0.1, LEFT - 0.1, 0.1, HEIGHT - 0.1).mean() > 0.3
+    assert not part(found.face, LEFT + 0.1, RIGHT - 0.1, 0.1, HEAD - 0.1).any()
+    assert not found.faces[1].any()
 
 
 def test_the_station_that_looked_through_is_named() -> None:
@@ -67,23 +88,44 @@ def test_the_station_that_looked_through_is_named() -> None:
 
 
 def test_behind_a_cupboard_nothing_was_looked_through() -> None:
-    assert not image(scene(blocked=True)).opening.any()
+    assert not image(scene(blocked=True)).through.any()
 
 
 def test_with_nothing_behind_the_doorway_nothing_is_said_of_it() -> None:
     found = image(scene(behind=False))
-    assert not part(found.data, LEFT + 0.1, RIGHT - 0.1, 0.1, HEAD - 0.1).any()
-    assert not found.opening.any()
+    assert not part(found.face, LEFT + 0.1, RIGHT - 0.1, 0.1, HEAD - 0.1).any()
+    assert not found.through.any()
 
 
 def test_a_station_of_another_storey_is_not_asked() -> None:
     assert not image(scene(), eye=(2.0, 2.0, 5.5)).lookers
 
 
-def test_points_within_the_wall_are_reveals_in_the_walls_own_coordinates() -> None:
+def test_a_leaf_at_the_far_side_of_a_thick_wall_was_not_looked_through_at_a_slant() -> None:
+    thick = dataclasses.replace(wall(0.0), thickness=0.4)
+    position = np.array([2.0 + 3.5, 1.2, 1.5])
+    leaf = upright((LEFT, -0.17), (RIGHT, -0.17), 0.0, HEAD)
+    ranges = np.zeros((6, 48, 48), np.float32)
+    add_hits(leaf.astype(np.float32), position.astype(np.float32), ranges)
+    stations = np.vstack([ABSENT, position])
+    assert not wall_image(thick, near(thick, leaf), {3: Panorama(position, ranges)}, stations).through.any()
+
+
+def test_points_within_the_wall_lie_behind_its_face_by_their_depth() -> None:
     reveal = upright((LEFT, -0.03), (LEFT, 0.03), 0.0, HEAD)
     found = image(np.concatenate([scene(), reveal]), 0.5)
-    assert len(found.inner) == len(found.inner_points) > 10
-    assert np.abs(found.inner[:, 0] - LEFT).max() < 0.02
-    assert -0.05 < found.inner[:, 1].min() < found.inner[:, 1].max() < HEAD + 0.05
-    assert found.inner_points.min() >= 1
+    behind = ~found.on_face
+    assert behind.sum() > 10
+    assert np.abs(found.along[behind] - LEFT).max() < 0.02
+    assert found.depth[behind].max() == pytest.approx(0.08, abs=0.01)
+    assert part(found.behind[0], LEFT - 0.05, LEFT + 0.05, 0.1, HEAD - 0.1).any()
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_the_far_face_of_a_wall_is_its_own_side_where_the_station_stands_there_or_is_unknown(known: bool) -> None:
+    far = upright((0.0, -THICKNESS / 2), (LENGTH, -THICKNESS / 2), 0.0, HEIGHT)
+    station = np.array([2.0, -2.0, 1.5]) if known else np.full(3, np.nan)
+    found = wall_image(wall(0.0), near(wall(0.0), far), {}, np.vstack([ABSENT, station]))
+    assert found.faces[1].any()
+    assert not found.faces[0].any()
+    assert found.on_face.all()

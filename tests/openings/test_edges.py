@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scan2bim.openings.edges import Edge, find_edge
+
+F64 = NDArray[np.float64]
+RNG = np.random.default_rng(5)
+EDGE = 1.234
+
+
+def face(start: float, end: float, count: int = 200) -> tuple[F64, F64]:
+    """Points on the wall's face between two places across the edge."""
+    return start + (end - start) * RNG.random(count), RNG.normal(0, 0.002, count)
+
+
+def reveal(place: float, deepest: float = 0.15, count: int = 60) -> tuple[F64, F64]:
+    return RNG.normal(place, 0.002, count), RNG.uniform(0.03, deepest, count)
+
+
+def frame(start: float, end: float, count: int = 80) -> tuple[F64, F64]:
+    return start + (end - start) * RNG.random(count), RNG.normal(0.1, 0.002, count)
+
+
+def edge(*parts: tuple[F64, F64], rough: float, inward: float = 1.0) -> Edge:
+    place, depth = np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    return find_edge(place, depth, depth < 0.03, rough, inward)
+
+
+@pytest.mark.parametrize("rough", [EDGE - 0.07, EDGE, EDGE + 0.07])
+@pytest.mark.parametrize("inward", [1.0, -1.0])
+def test_a_reveal_gives_the_edge_to_millimetres(rough: float, inward: float) -> None:
+    parts = (face(EDGE - inward * 0.3, EDGE), reveal(EDGE), frame(EDGE, EDGE + inward * 0.07))
+    found = edge(*parts, rough=rough, inward=inward)
+    assert found.place == pytest.approx(EDGE, abs=0.004)
+    assert found.reveal > 20
+    assert found.wall
+    assert found.sigma < 0.005
+
+
+def test_a_frame_flush_behind_the_face_gives_the_edge_without_a_reveal() -> None:
+    found = edge(face(EDGE - 0.3, EDGE, 600), frame(EDGE, EDGE + 0.07, 300), rough=EDGE + 0.05)
+    assert found.place == pytest.approx(EDGE, abs=0.008)
+    assert found.reveal == 0
+
+
+def test_a_few_stray_points_do_not_move_the_edge() -> None:
+    stray = (np.linspace(EDGE - 0.12, EDGE - 0.02, 3), np.full(3, 0.1))
+    found = edge(face(EDGE - 0.3, EDGE), stray, reveal(EDGE, count=200), rough=EDGE + 0.03)
+    assert found.place == pytest.approx(EDGE, abs=0.005)
+
+
+def test_where_a_curtain_hides_the_edge_it_is_uncertain_and_stays_between_what_was_seen() -> None:
+    found = edge(face(EDGE - 0.3, EDGE - 0.1), frame(EDGE + 0.08, EDGE + 0.3), rough=EDGE + 0.02)
+    assert EDGE - 0.11 < found.place < EDGE + 0.09
+    assert found.sigma > 0.03
+
+
+def test_without_points_the_rough_edge_is_kept() -> None:
+    none = np.zeros(0)
+    found = find_edge(none, none, none.astype(bool), EDGE, 1.0)
+    assert (found.place, found.reveal, found.wall) == (EDGE, 0, False)
