@@ -45,7 +45,8 @@ LOWEST_SIGHT = 0.45
 HIGHEST_HIDDEN = 0.9
 """Height, metres, up to which it may be hidden by furniture in inner walls, where windows are rare."""
 PANEL = 0.5
-"""Width, metres, from which on a solid part beside what was looked through is something else, a door beside a window."""
+"""Width, metres, from which on a solid part beside what was looked through is something else: a door beside a window.
+"""
 FRAME = 0.12
 """Width, metres, of the frame that is left between the two."""
 RING = 0.3
@@ -159,7 +160,7 @@ def _to_floor(box: Box, wall: WallShape, image: WallImage, missing: Mask) -> Box
 
 
 def _bare(image: WallImage, side: float, step: int, top: float) -> float:
-    """A jamb moved outwards, behind a leaf that hides it, to where the wall's face begins; as it is if that is not near."""
+    """A jamb moved outwards, behind a leaf that hides it, to where the wall's face begins, if that is near."""
     for k in range(round(HIDDEN / PIXEL)):
         at = side + step * k * PIXEL
         strip = _part(image.face, min(at, at + 2 * step * PIXEL), max(at, at + 2 * step * PIXEL), MARGIN, top - MARGIN)

@@ -2,9 +2,10 @@
 through.
 
 The paper's image I (section IV.B) of data, centroids and no-data, with pixels of 2.5 cm instead of voxels of 20 cm. A
-window's panes return some pulses, mirror a few and let most pass; but in all of the window, frame, pane and reveals, the
-wall's face itself is missing. So what was *behind* the face, seen from the room before it, counts beside the *centroids*
-(voxel label Opening), where the panorama of a station shows that its rays went on behind the wall, or never came back.
+window's panes return some pulses, mirror a few and let most pass; but in all of the window, frame, pane and reveals,
+the wall's face itself is missing. So what was *behind* the face, seen from the room before it, counts beside the
+*centroids* (voxel label Opening), where the panorama of a station shows that its rays went on behind the wall, or never
+came back.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ F32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallImage:
-    """Rasters (rows bottom up from the base, columns along the axis from its start) and the points that they are made of.
+    """Rasters (rows bottom up from the base, columns along the axis from its start) and the points they are made of.
 
     ``faces`` (2, r, c) points on the left and on the right face, ``behind`` (2, r, c) seen from there behind it;
     ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did. ``along``, ``up`` (n,)
