@@ -5,18 +5,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from scan2bim import __version__
 
 UNITS = ("m", "dm", "cm", "mm", "km", "in", "ft", "us-ft")
 AXES = ("x", "y", "z", "-x", "-y", "-z")
+DOORS = ("as-modelled", "mixed", "closed", "open")
 STAGES = ("survey", "read", "surfels", "structure", "openings", "model", "export")
 IFC_VERSIONS = ("IFC2X3", "IFC4", "IFC4X3_ADD2")
 CONVERT = """\
 Convert scans to building model files. What an earlier run has done is kept in a
 work folder: a run that was stopped goes on where it was, and after a changed
 setting only what depends on it runs again."""
+SIMULATE = """\
+Scan an IFC model virtually: an E57 file with its pose for each station, and truth.json
+with what is to be found in them. For planning scans and for testing what reads them."""
 EVALUATE = """\
 Score any tool's IFC model against a truth: detection of doors and windows, overlap of
 areas, sizes, states, hinges, reliability of the confidences; walls, spaces and storeys."""
@@ -79,6 +83,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_paths(info)
     _add_frame(info)
     info.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    _add_simulate(commands.add_parser("simulate", help="virtual scans of an IFC model", description=SIMULATE))
     _add_evaluate(commands.add_parser("evaluate", help="how right a building model is", description=EVALUATE))
     doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
@@ -154,6 +159,36 @@ def _add_talk(parser: argparse.ArgumentParser) -> None:
     talk.add_argument("-v", "--verbose", action="count", default=0, help="more (-vv: all) of what goes to the log")
 
 
+def _add_simulate(simulate: argparse.ArgumentParser) -> None:
+    simulate.add_argument("model", metavar="MODEL.ifc", help="the model: IFC2X3, IFC4 or IFC4X3")
+    simulate.add_argument("-o", "--output", required=True, metavar="DIR", help="new folder for the scans")
+    simulate.add_argument("--stations", metavar="FILE.csv", help="columns x, y, z, name; default: placed room by room")
+    scanner = simulate.add_argument_group("scanner")
+    for name, default, least, most, text in (
+        ("resolution", 0.2, 0.02, 5.0, "degrees between rays"),
+        ("noise", 2.0, 0.0, 100.0, "of ranges, millimetres, one standard deviation"),
+        ("registration", 1.0, 0.0, 1000.0, "error of the poses, millimetres, one standard deviation"),
+        ("mixed-pixels", 0.2, 0.0, 1.0, "share of the rays beside an edge that end between near and far"),
+        ("glass", 0.25, 0.0, 1.0, "share of the rays that a pane met straight on sends back; the others pass"),
+        ("dropout", 0.002, 0.0, 0.9, "share of rays that do not return; more from dark and slanting surfaces"),
+        ("lighting", 0.06, 0.0, 1.0, "variation of light through the building and from station to station"),
+    ):
+        kind = _between(least, most)
+        scanner.add_argument(f"--{name}", type=kind, default=default, metavar="X", help=f"{text} (default {default})")
+    building = simulate.add_argument_group("building")
+    building.add_argument("--doors", choices=DOORS, default=DOORS[0], help="states of the doors (default as-modelled)")
+    building.add_argument(
+        "--clutter",
+        type=_between(0.0, 0.8),
+        default=0.0,
+        metavar="SHARE",
+        help="share of the walls that furniture and people hide (default 0: the model's own only)",
+    )
+    simulate.add_argument("--seed", type=_whole, default=0, metavar="N", help="of all that is drawn by chance (default 0)")
+    simulate.add_argument("--quiet", action="store_true", help="no progress")
+    simulate.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+
+
 def _add_evaluate(evaluate: argparse.ArgumentParser) -> None:
     evaluate.add_argument("model", metavar="MODEL.ifc", help="the model to score: IFC2X3, IFC4 or IFC4X3")
     evaluate.add_argument("truth", metavar="TRUTH", help="truth.json of scan2bim simulate, or an IFC model")
@@ -177,6 +212,25 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
     frame = parser.add_argument_group("coordinates (default: found in the scans)")
     frame.add_argument("--unit", choices=UNITS, help="unit of the scans' coordinates")
     frame.add_argument("--up", choices=AXES, help="axis of the scans that points up")
+
+
+def _between(least: float, most: float) -> Callable[[str], float]:
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected a number from {least:g} to {most:g}, got {text!r}")
+        return value
+
+    return number
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 up, got {text!r}")
+    return int(text)
 
 
 def _positive(text: str) -> int:

@@ -48,6 +48,10 @@ class World:
         """What rays meet first where all glass lets them pass."""
         return _numbered(self._solid.from_point(viewpoint, directions), self._solid_number)
 
+    def rays(self, origins: F64, directions: F64) -> Hits:
+        """What rays from ``origins`` (n, 3) meet first where all glass lets them pass."""
+        return _numbered(self._solid.rays(origins, directions), self._solid_number)
+
     def seen(self, viewpoint: F64, directions: F64, glass: Glass, rng: np.random.Generator) -> Hits:
         """What rays give, glass included: a mirrored ray has the length of its whole way."""
         hits = self.solid(viewpoint, directions)

@@ -38,14 +38,17 @@ class Places:
     face: NDArray[np.int64]
 
 
-def seen_by(world: World, viewpoints: F64, points: F64) -> NDArray[np.bool_]:
-    """Which points (n, 3) each of the viewpoints (k, 3) sees, (k, n); glass hides nothing. Scan coordinates."""
+def seen_by(world: World, viewpoints: F64, points: F64, slack: float = SLACK) -> NDArray[np.bool_]:
+    """Which points (n, 3) each of the viewpoints (k, 3) sees, (k, n), in scan coordinates; glass hides nothing.
+
+    slack: metres by which a ray may end before a point.
+    """
     out = np.zeros((len(viewpoints), len(points)), dtype=np.bool_)
     for row, viewpoint in enumerate(viewpoints):
         towards = points - viewpoint
         distance = np.linalg.norm(towards, axis=1)
         hits = world.solid(viewpoint, towards / np.maximum(distance, 1e-9)[:, None])
-        out[row] = hits.range >= distance - SLACK
+        out[row] = hits.range >= distance - slack
     return out
 
 
