@@ -184,7 +184,9 @@ def _add_simulate(simulate: argparse.ArgumentParser) -> None:
         metavar="SHARE",
         help="share of the walls that furniture and people hide (default 0: the model's own only)",
     )
-    simulate.add_argument("--seed", type=_whole, default=0, metavar="N", help="of all that is drawn by chance (default 0)")
+    simulate.add_argument(
+        "--seed", type=_whole, default=0, metavar="N", help="of all that is drawn by chance (default 0)"
+    )
     simulate.add_argument("--quiet", action="store_true", help="no progress")
     simulate.add_argument("--json", action="store_true", help="the result as JSON on stdout")
 

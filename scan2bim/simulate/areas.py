@@ -22,6 +22,8 @@ HEADROOM = (1.9, 8.0)
 """Metres of clear height between floor and ceiling that make a room."""
 FLOOR_OFF = 0.35
 """Metres by which a floor may lie off its storey's level."""
+OFF_WALL = 0.2
+"""Metres from walls that places of the grid keep: more than half of its diagonal, so that none bridges a thin wall."""
 SMALLEST = 1.0
 """Square metres."""
 
@@ -57,11 +59,12 @@ def free_floors(storeys: Sequence[StoreyTruth], world: World) -> list[Area]:
     for storey in levels:
         floor, clear = _floor_under(world, plan, storey.elevation)
         inside = (np.abs(floor - storey.elevation) < FLOOR_OFF) & (clear > HEADROOM[0]) & (clear < HEADROOM[1])
+        inside &= _clearance(world, plan, storey.elevation) > OFF_WALL
         if not inside.any():
             continue
         # Cells touch at corners: grown by a millimetre, connected ones are one.
         cells = shapely.box(*(plan[inside] - GRID / 2 - 1e-3).T, *(plan[inside] + GRID / 2 + 1e-3).T)
-        parts = [p for p in shapely.get_parts(shapely.union_all(cells)) if p.area >= SMALLEST]
+        parts = [p.buffer(OFF_WALL / 2) for p in shapely.get_parts(shapely.union_all(cells)) if p.area >= SMALLEST]
         level, height = float(np.median(floor[inside])), float(np.median(clear[inside]))
         found += [Area(f"{storey.name} {i + 1}".strip(), storey.name, p, level, height) for i, p in enumerate(parts)]
     return found
@@ -73,3 +76,13 @@ def _floor_under(world: World, plan: F64, level: float) -> tuple[F64, F64]:
     down, up = (np.tile([0.0, 0.0, way], (len(plan), 1)) for way in (-1.0, 1.0))
     below, above = world.rays(middle, down).range, world.rays(middle, up).range
     return level + 1.5 - below, below + above
+
+
+def _clearance(world: World, plan: F64, level: float) -> F64:
+    """Metres to the nearest thing around at 1.5 m over a level, at places in plan (n, 2)."""
+    middle = np.column_stack([plan, np.full(len(plan), level + 1.5)])
+    nearest = np.full(len(plan), np.inf)
+    for turn in np.arange(8) * (np.pi / 4):
+        towards = np.tile([np.cos(turn), np.sin(turn), 0.0], (len(plan), 1))
+        nearest = np.minimum(nearest, world.rays(middle, towards).range)
+    return nearest
