@@ -65,12 +65,31 @@ class Layers:
 
 def layers_of(surfels: Surfels) -> Layers:
     """Sort surfels into plan columns and measure the free height above and below each."""
-    cell = np.floor(surfels.xyz[:, :2].astype(np.float64) / PLAN).astype(np.int64)
+    if len(surfels) == 0:
+        return Layers(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     z = surfels.xyz[:, 2]
-    order = np.lexsort((z, cell[:, 1], cell[:, 0]))
-    c = cell[order]
-    gap = np.where((c[1:] == c[:-1]).all(1), np.diff(z[order].astype(np.float64)), np.inf)
+    column = _plan_columns(surfels)
+    order = np.argsort(column << 32 | _rank(z), kind="stable")
+    gap = np.diff(z[order].astype(np.float64))
+    gap[np.diff(column[order]) != 0] = np.inf
     return Layers(order, np.append(gap, np.inf), np.insert(gap, 0, np.inf))
+
+
+def _plan_columns(surfels: Surfels) -> I64:
+    """Number of each surfel's plan column (n,), below 2^31, rising along x and then y."""
+    x, y = (np.floor(surfels.xyz[:, k].astype(np.float64) / PLAN).astype(np.int64) for k in range(2))
+    x -= x.min()
+    y -= y.min()
+    across = int(y.max()) + 1
+    if across * (int(x.max()) + 1) < 1 << 31:
+        return x * across + y
+    return np.unique(np.stack([x, y], 1), axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+
+
+def _rank(values: NDArray[np.float32]) -> I64:
+    """Whole numbers from 0 to 2^32 in the order of the values."""
+    bits = values.view(np.int32).astype(np.int64)
+    return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits) + (1 << 31)
 
 
 def find_storeys(surfels: Surfels, layers: Layers, settings: StructureSettings) -> tuple[StoreyLevels, ...]:
