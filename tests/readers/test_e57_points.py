@@ -13,6 +13,7 @@ import pytest
 from readers.writers import E57Scan, e57_from_pages, e57_pages, real, scaled, whole, write_e57
 
 from scan2bim.errors import DamagedFileError
+from scan2bim.readers import e57_pages as e57_pages_module
 from scan2bim.readers import read_chunks, read_headers
 from scan2bim.readers.e57 import LibraryReader
 from scan2bim.readers.e57_file import PAGE, PAYLOAD, check_file
@@ -151,3 +152,16 @@ def test_a_malformed_packet_is_an_error(tmp_path: Path, place: int, data: bytes)
     header = replace(read_headers(path)[0], path=with_packet(path, place, data))
     with pytest.raises(DamagedFileError, match="packets of points is malformed"):
         next(read_chunks(header))
+
+
+@pytest.mark.parametrize("unpage", [e57_pages_module.unpage_by_table, e57_pages_module.unpage])
+def test_pages_give_what_they_hold_up_to_the_first_with_a_wrong_checksum(unpage: Callable[..., int]) -> None:
+    payload = np.random.default_rng(2).integers(0, 256, 5 * PAYLOAD).astype(np.uint8)
+    pages = np.frombuffer(e57_from_pages(payload.tobytes()), np.uint8).reshape(-1, PAGE).copy()
+    out = np.zeros_like(payload)
+    assert unpage(pages, e57_pages_module.CRC_TABLES, out) == -1
+    assert np.array_equal(out, pages[:, :PAYLOAD].ravel())
+    for place in (0, 700, PAYLOAD - 1, PAYLOAD, PAGE - 1):
+        wrong = pages.copy()
+        wrong[3, place] ^= 1
+        assert unpage(wrong, e57_pages_module.CRC_TABLES, out) == 3
