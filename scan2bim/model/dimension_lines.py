@@ -44,7 +44,7 @@ def dimension_lines(storey: Storey, building: Building) -> tuple[DimensionLine, 
 def _wall_lines(storey: Storey) -> Iterator[DimensionLine]:
     outlines = wall_outlines(storey.walls)
     for wall in storey.walls:
-        side = _outer_side(wall)
+        side = outer_side(wall)
         through = [opening for opening in wall.openings if opening.depth is None]
         if side == 0 or wall.bulge or not through:
             continue
@@ -56,7 +56,7 @@ def _wall_lines(storey: Storey) -> Iterator[DimensionLine]:
             yield DimensionLine(points, _normal(wall, side), 1)
 
 
-def _outer_side(wall: Wall) -> int:
+def outer_side(wall: Wall) -> int:
     """1 where the left side looks outside, -1 where the right one does, else 0."""
     if bool(wall.left_spaces) == bool(wall.right_spaces):
         return -1 if wall.external and not wall.left_spaces else 0

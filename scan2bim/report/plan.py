@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from scan2bim.model.dimension_lines import dimension_lines
 from scan2bim.model.elements import Building, Door, Opening, Ring, Space, Storey, Window
 from scan2bim.model.shapes import opening_outline, wall_footprints
-from scan2bim.report import palette
+from scan2bim.report import palette, plan_dimensions
 from scan2bim.report.plan_symbols import draw_opening, draw_scanner, draw_stair, opening_label
 from scan2bim.report.raster import sheet_image
 from scan2bim.report.sheet import Floats, Image, Mark, Picture, Shape, Sheet, Text, View, line, text_width
@@ -27,8 +28,10 @@ SHARED_REACH: Final = 0.15
 """Metres: an open edge this near to another space is where the two go over into each other."""
 _SHORTEST_GAP: Final = 0.05  # metres: shorter open edges are corners
 _PANEL: Final = (1150.0, 950.0)  # pixels that the largest storey's plan may take
-_SCALES: Final = (8.0, 110.0)  # pixels a metre: the least that is legible, the most that is useful
-_MARGIN: Final = 64.0  # pixels round a plan, for doors that open outwards and sizes
+_SCALES: Final = (50, 100, 200, 250, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000, 1_000_000)
+_LEGIBLE: Final = 500  # the smallest of these scales that can be read; below it plans are only kept from being huge
+_INCH: Final = 96 / 0.0254  # pixels a metre of paper
+_MARGIN: Final = plan_dimensions.ROOM + 20.0  # pixels round a plan, for its sizes
 _HEAD: Final = 78.0  # pixels for a storey's title
 _LEGEND_ROW: Final = 26.0  # pixels
 _MIN_WIDTH: Final = 640.0  # pixels of a panel
@@ -138,7 +141,7 @@ def _sheet(building: Building, storeys: Sequence[Storey], background: PlanBackgr
         x0 = left + (width - extent.size[0] * scale) / 2 - extent.low[0] * scale
         view = View(scale, x0, top + _HEAD + extent.high[1] * scale)
         marks += _storey_marks(view, storey, building, background)
-        marks += _title(left + 20, top, storey, building, captions[number])
+        marks += _title(left + 20, top, storey, building, captions[number], round(_INCH / scale))
     sheet_width = width * max(columns, 1)
     legend = list(_legend(sheet_width, height * math.ceil(len(storeys) / max(columns, 1)), scale))
     bottom = max(mark.y for mark in legend if isinstance(mark, Text))
@@ -155,11 +158,13 @@ def _extent(storey: Storey) -> _Extent:
 
 
 def _scale(extents: Sequence[_Extent]) -> float:
-    """Pixels a metre at which the largest storey fits its panel."""
+    """Pixels a metre: the largest usual scale at which all storeys fit their panels or, not legible there, a sheet."""
     fit = min([min(_PANEL[0] / max(e.size[0], 0.1), _PANEL[1] / max(e.size[1], 0.1)) for e in extents], default=50.0)
-    largest = max([max(e.size) for e in extents], default=1.0)
-    legible = min(_SCALES[0], _LARGEST / max(largest, 0.1))
-    return min(max(fit, legible), _SCALES[1])
+    largest = _LARGEST / max([max(e.size) for e in extents], default=1.0)
+    for scale in _SCALES:
+        if _INCH / scale <= (fit if scale < _LEGIBLE else largest):
+            return _INCH / scale
+    return _INCH / _SCALES[-1]
 
 
 def _polygon(outline: Ring, holes: Sequence[Ring] = ()) -> shapely.Geometry:
@@ -188,6 +193,8 @@ def _storey_marks(view: View, storey: Storey, building: Building, background: Pl
     for group, colour in ((edges.shared, palette.SHARED), (edges.leaks, palette.GAP)):
         for edge in group:
             yield line(view.page(edge), colour, 3, dash=7)
+    for chain in dimension_lines(storey, building):
+        yield from plan_dimensions.draw_dimensions(view, chain)
     for position in _scanner_positions(storey, building):
         yield from draw_scanner(view, position)
     if view.scale >= _LABELLED:
@@ -272,10 +279,10 @@ def _space_label(view: View, space: Space) -> Iterator[Mark]:
     yield Text(x, y + 1.0 * size, area, size * 0.9, palette.INK, "middle", halo=True)
 
 
-def _title(x: float, top: float, storey: Storey, building: Building, caption: str) -> Iterator[Mark]:
+def _title(x: float, top: float, storey: Storey, building: Building, caption: str, scale: int) -> Iterator[Mark]:
     height = f", height {storey.height.value:.2f} m" if storey.height is not None else ", height not known"
     yield Text(x, top + 28, f"{building.name} · {storey.name}", 19, palette.INK, bold=True)
-    yield Text(x, top + 48, f"floor at {storey.elevation.value:+.2f} m{height}", 13, palette.FAINT)
+    yield Text(x, top + 48, f"1:{scale}, floor at {storey.elevation.value:+.2f} m{height}", 13, palette.FAINT)
     yield Text(x, top + 66, caption, 13, palette.FAINT)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from scan2bim.model.dimension_lines import outer_side
 from scan2bim.model.elements import Door, Opening, Point3, Stair, Wall, Window
 from scan2bim.model.shapes import Leaf, door_leaves, opening_outline, to_plan
 from scan2bim.report.palette import FAINT, INK, SCANNER, opening_colour, pale
@@ -60,8 +61,9 @@ def draw_scanner(view: View, position: Point3) -> Iterator[Mark]:
 
 
 def opening_label(view: View, wall: Wall, opening: Opening) -> Text:
-    """Width and height in metres beside the opening, on the side to which no leaf swings."""
-    side = 1 if isinstance(opening.fill, Door) and opening.fill.swing_side == "right" else -1
+    """Width and height in metres beside the opening, on the side to which no leaf swings, else inside."""
+    swing = opening.fill.swing_side if isinstance(opening.fill, Door) else "unknown"
+    side = {"left": -1, "right": 1}.get(swing) or -outer_side(wall) or -1
     x, y = opening.offset.value + opening.width.value / 2, wall.thickness.value / 2
     foot, tip = (view.page([to_plan(wall, x, side * reach)])[0] for reach in (y, y + 1.0))
     direction = (tip - foot) / view.scale

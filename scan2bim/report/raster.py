@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
+from dataclasses import replace
 from typing import Final
 
 import cv2
@@ -80,12 +82,29 @@ def _draw_picture(image: Image, picture: Picture) -> None:
 
 
 def _draw_text(image: Image, text: Text) -> None:
+    if text.angle:
+        _draw_turned(image, text)
+        return
     x = text.x - {"start": 0.0, "middle": 0.5, "end": 1.0}[text.anchor] * _measure(text)
     origin = (round(x), round(text.y))
     if text.halo:
         for dx, dy in _HALO:
             _put(image, text, (origin[0] + dx, origin[1] + dy), (255, 255, 255))
     _put(image, text, origin, text.colour)
+
+
+def _draw_turned(image: Image, text: Text) -> None:
+    """Draw the words on a patch of their own, turn it, and darken the image by it."""
+    reach = math.ceil(_measure(text) + 2 * text.size)
+    patch = np.full((2 * reach, 2 * reach, 3), 255, np.uint8)
+    _draw_text(patch, replace(text, x=reach, y=reach, angle=0.0))
+    turn = cv2.getRotationMatrix2D((reach, reach), text.angle, 1.0)
+    patch = cv2.warpAffine(patch, turn, patch.shape[:2], flags=cv2.INTER_LINEAR, borderValue=(255, 255, 255))
+    left, top = round(text.x) - reach, round(text.y) - reach
+    x0, y0, x1, y1 = max(left, 0), max(top, 0), min(left + 2 * reach, image.shape[1]), min(top + 2 * reach, len(image))
+    if x0 < x1 and y0 < y1:
+        part = image[y0:y1, x0:x1]
+        np.minimum(part, patch[y0 - top : y1 - top, x0 - left : x1 - left], out=part)
 
 
 def _weight(text: Text) -> int:

@@ -1,4 +1,4 @@
-"""A sheet of simple marks, in pixels with y down, which is written as SVG or rasterised.
+"""A sheet of simple marks, in pixels (96 to the inch) with y down, which is written as SVG or PDF or rasterised.
 
 Colours are sRGB, 0-255. Marks are drawn in their order.
 """
@@ -35,7 +35,10 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Words at a point of their baseline. size: height of the font, pixels. halo: drawn on a white rim."""
+    """Words at a point of their baseline. size: height of the font, pixels. halo: drawn on a white rim.
+
+    angle: degrees by which the baseline is turned counter-clockwise about the point.
+    """
 
     x: float
     y: float
@@ -45,6 +48,7 @@ class Text:
     anchor: Literal["start", "middle", "end"] = "start"
     bold: bool = False
     halo: bool = False
+    angle: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

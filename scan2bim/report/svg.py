@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from typing import Final
 from xml.sax.saxutils import escape
 
 from scan2bim.report.raster import encode_png
@@ -11,9 +12,14 @@ from scan2bim.report.sheet import Floats, Mark, Picture, Rgb, Shape, Sheet, Text
 _FONT = "Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif"
 
 
+MILLIMETRES: Final = 25.4 / 96
+"""Of a sheet's pixel on paper."""
+
+
 def sheet_svg(sheet: Sheet) -> str:
     """The sheet as the text of an SVG file."""
-    size = f'width="{sheet.width}" height="{sheet.height}" viewBox="0 0 {sheet.width} {sheet.height}"'
+    width, height = (_number(pixels * MILLIMETRES) for pixels in (sheet.width, sheet.height))
+    size = f'width="{width}mm" height="{height}mm" viewBox="0 0 {sheet.width} {sheet.height}"'
     head = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{_FONT}">',
@@ -52,6 +58,8 @@ def _text(text: Text) -> str:
     style = f'font-size="{_number(text.size)}" fill="{_colour(text.colour)}" text-anchor="{text.anchor}"'
     if text.bold:
         style += ' font-weight="bold"'
+    if text.angle:
+        style += f' transform="rotate({_number(-text.angle)} {_number(text.x)} {_number(text.y)})"'
     if text.halo:
         style += ' stroke="#ffffff" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
     return f'<text x="{_number(text.x)}" y="{_number(text.y)}" {style}>{escape(text.words)}</text>'

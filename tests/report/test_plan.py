@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pypdfium2
 import pytest
 from buildings import box, building, ground_floor, measured, space, turned, upper_floor, wall
 
@@ -163,7 +164,8 @@ def test_svg_and_png_are_readable_and_the_same_on_every_run(tmp_path: Path):
     assert {"Hall", "Attic & store", "Test house · Upper floor"} <= set(texts)
     image = cv2.imread(str(tmp_path / "a.png"))
     assert image is not None
-    assert image.shape[:2] == (float(root.attrib["height"]), float(root.attrib["width"]))
+    size = [float(root.attrib[name].removesuffix("mm")) / 25.4 * 96 for name in ("height", "width")]
+    assert size == pytest.approx(image.shape[:2], abs=0.1)
 
 
 def test_svg_holds_the_slice_of_the_scan():
@@ -216,3 +218,37 @@ def test_a_huge_building_does_not_make_a_huge_picture():
     sheet = storey_sheet(Storey(id="s", name="S", elevation=measured(0), walls=(far,)), building())
     assert sheet.width < 5000
     assert sheet.height < 5000
+
+
+def test_a_plan_is_drawn_to_a_usual_scale(drawn):
+    _, sheet, _, view = drawn
+    assert any("1:50, floor at +0.00 m" in line for line in words(sheet))
+    assert view.scale == pytest.approx(96 / 0.0254 / 50, rel=1e-6)
+
+
+def test_outer_walls_are_dimensioned_along_their_faces(drawn):
+    _, sheet, _, view = drawn
+    lengths = {mark.words: mark for mark in sheet.marks if isinstance(mark, Text) and mark.angle}
+    assert {"10.30", "8.30", "4.80", "2.20"} <= set(lengths)
+    assert lengths["10.30"].angle == pytest.approx(20, abs=1e-3)
+    south = view.page([turned(4.4, -0.15)])[0]
+    assert np.hypot(lengths["4.80"].x - south[0], lengths["4.80"].y - south[1]) < 60
+
+
+def test_a_pdf_has_a_page_a_storey_of_the_size_that_its_scale_asks_for(tmp_path):
+    for name in ("a.pdf", "b.pdf"):
+        export(building(), tmp_path / name)
+    assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+    document = pypdfium2.PdfDocument(tmp_path / "a.pdf")
+    assert len(document) == 2
+    for page, storey in zip(document, building().storeys, strict=True):
+        text = page.get_textpage().get_text_range()
+        assert all(space.name in text for space in storey.spaces)
+        sheet = storey_sheet(storey, building())
+        assert page.get_size() == pytest.approx((sheet.width * 0.75, sheet.height * 0.75), abs=0.1)
+    assert "21.9 m²" in document[0].get_textpage().get_text_range()
+    picture = document[0].render(scale=4 / 3).to_numpy()
+    drawn = sheet_image(storey_sheet(building().storeys[0], building()))
+    rows, columns = (min(a, b) for a, b in zip(picture.shape, drawn.shape[:2], strict=False))
+    alike = np.abs(picture[:rows, :columns, 0].astype(int) - drawn[:rows, :columns, 2]) < 40
+    assert alike.mean() > 0.95
