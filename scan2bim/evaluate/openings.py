@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from scan2bim.evaluate.areas import AreaMeasures, area_measures, f_curve, mean_measures
-from scan2bim.evaluate.matching import Pair, pair
+from scan2bim.evaluate.matching import Pair, overlap, pair
 from scan2bim.evaluate.reliability import Reliability, reliability
 from scan2bim.truth.values import DoorTruth, OpeningTruth
 
 RIGHT = 0.5
 """IoU from which on an opening counts as found."""
 EXACT = 0.75
+UNSEEN = 0.75
+"""Hidden share of the outline from which on nobody is asked to find an opening."""
+INSIDE = 0.5
+"""Share of a predicted opening that lies in something that is neither right nor wrong from which on it is that."""
 VISIBLE = 0.30
 """Hidden share of the outline up to which the paper's method asks for a door to be found."""
 
@@ -112,6 +117,32 @@ class DoorScores(OpeningScores):
     passages: int
     passages_as_doors: int
     passages_found: int
+
+
+T = TypeVar("T", bound=OpeningTruth)
+P = TypeVar("P", bound=OpeningTruth)
+
+
+def asked_for(
+    true: Sequence[T], predicted: Sequence[P], neither: Sequence[OpeningTruth] = ()
+) -> tuple[list[T], list[P]]:
+    """The true openings that can be asked for, and the predicted ones that count.
+
+    Those count neither way that are true but nearly unseen, or lie in ``neither``: openings that nothing fills,
+    curtain walls.
+    """
+    seen = [one for one in true if one.occlusion is None or one.occlusion < UNSEEN]
+    unseen = [one for one in true if one.occlusion is not None and one.occlusion >= UNSEEN]
+    taken = {p.predicted for p in pair(seen, predicted, RIGHT)}
+    left = [i for i in range(len(predicted)) if i not in taken]
+    out = {left[p.predicted] for p in pair(unseen, [predicted[i] for i in left], RIGHT)}
+    out |= {i for i in left if any(_lies_in(predicted[i], one) for one in neither)}
+    return seen, [one for i, one in enumerate(predicted) if i not in out]
+
+
+def _lies_in(one: OpeningTruth, other: OpeningTruth) -> bool:
+    shared = overlap(other, one)
+    return shared is not None and shared.hit >= INSIDE * shared.predicted
 
 
 def score_openings(true: Sequence[OpeningTruth], predicted: Sequence[OpeningTruth]) -> OpeningScores:

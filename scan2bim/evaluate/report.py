@@ -14,6 +14,7 @@ from scan2bim.evaluate.openings import (
     OpeningScores,
     Share,
     Value,
+    asked_for,
     degrees,
     score_doors,
     score_openings,
@@ -62,14 +63,17 @@ def true_of(path: Path) -> Truth:
 def score(predicted: Truth, true: Truth, model: str, truth: str, frame: str) -> Evaluation:
     """Score what a model says, in the truth's coordinates."""
     seen = [wall for wall in true.walls if wall.occlusion is None or wall.occlusion < 1.0]
+    doors, found_doors = asked_for(true.doors, predicted.doors, true.openings)
+    windows, found_windows = asked_for(true.windows, predicted.windows, true.openings)
+    rooms = {station.room for station in true.stations} or {space.name for space in true.spaces}
     return Evaluation(
         model=model,
         truth=truth,
         frame=frame,
-        doors=score_doors(true.doors, predicted.doors, predicted.openings),
-        windows=score_openings(true.windows, predicted.windows),
-        walls=score_walls(seen, predicted.walls),
-        spaces=score_spaces(true.spaces, predicted.spaces),
+        doors=score_doors(doors, found_doors, predicted.openings),
+        windows=score_openings(windows, found_windows),
+        walls=score_walls(seen, predicted.walls, true.walls),
+        spaces=score_spaces(true.spaces, predicted.spaces, rooms),
         storeys=score_storeys(true.storeys, predicted.storeys),
     )
 

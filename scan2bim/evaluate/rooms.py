@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import shapely
@@ -55,15 +55,18 @@ class StoreyScores(Value):
     elevation_error: float | None
 
 
-def score_walls(true: Sequence[WallTruth], predicted: Sequence[WallTruth]) -> WallScores:
-    """Walls by their centre lines."""
+def score_walls(
+    true: Sequence[WallTruth], predicted: Sequence[WallTruth], whole: Sequence[WallTruth] | None = None
+) -> WallScores:
+    """Walls by their centre lines. ``whole``: with those that nobody saw, which a model may have all the same."""
+    all_true = true if whole is None else whole
     return WallScores(
         true=len(true),
         predicted=len(predicted),
         completeness_5cm=_covered(true, predicted, 0.05),
-        correctness_5cm=_covered(predicted, true, 0.05),
+        correctness_5cm=_covered(predicted, all_true, 0.05),
         completeness_10cm=_covered(true, predicted, 0.1),
-        correctness_10cm=_covered(predicted, true, 0.1),
+        correctness_10cm=_covered(predicted, all_true, 0.1),
         thickness_error=_thickness_error(true, predicted),
     )
 
@@ -106,8 +109,10 @@ def _thickness_error(true: Sequence[WallTruth], predicted: Sequence[WallTruth]) 
     return float(np.median(found)) if found else None
 
 
-def score_spaces(true: Sequence[SpaceTruth], predicted: Sequence[SpaceTruth]) -> SpaceScores:
-    """Spaces by their outlines."""
+def score_spaces(
+    true: Sequence[SpaceTruth], predicted: Sequence[SpaceTruth], scanned: Collection[str] | None = None
+) -> SpaceScores:
+    """Spaces by their outlines. ``scanned``: names of the true ones to be found; the others count neither way."""
     mine, theirs = [_polygon(s) for s in true], [_polygon(s) for s in predicted]
     iou = np.zeros((len(true), len(predicted)))
     for i, a in enumerate(mine):
@@ -117,9 +122,12 @@ def score_spaces(true: Sequence[SpaceTruth], predicted: Sequence[SpaceTruth]) ->
                 iou[i, j] = shared / max(a.area + b.area - shared, 1e-9)
     rows, columns = linear_sum_assignment(-iou)
     pairs = [(i, j) for i, j in zip(rows.tolist(), columns.tolist(), strict=True) if iou[i, j] >= SAME_ROOM]
+    asked = [one.name in scanned if scanned is not None else True for one in true]
+    aside = sum(not asked[i] for i, _ in pairs)
+    pairs = [(i, j) for i, j in pairs if asked[i]]
     n = len(pairs)
     return SpaceScores(
-        detection=Detection(found=n, true=len(true), right=n, predicted=len(predicted)),
+        detection=Detection(found=n, true=sum(asked), right=n, predicted=len(predicted) - aside),
         mean_iou=float(np.mean([iou[p] for p in pairs])) if pairs else None,
         area_error=float(np.median([abs(true[i].area - predicted[j].area) for i, j in pairs])) if pairs else None,
         height_error=float(np.median([abs(true[i].height - predicted[j].height) for i, j in pairs])) if pairs else None,

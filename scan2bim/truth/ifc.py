@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from scan2bim.truth.ifc_file import Entity, IfcModel, Mesh
+from scan2bim.truth.ifc_file import Entity, IfcModel, Mesh, stacked
 from scan2bim.truth.ifc_shapes import Strip, corners_in, ends_of, flat_strip, outline_of, ring_of, wall_strip
 from scan2bim.truth.values import (
     Corners,
@@ -80,7 +80,10 @@ def read_ifc(path: Path) -> IfcReading:
         walls=tuple(_wall(model, model.file.by_id(number), mesh) for number, mesh in walls.items()),
         doors=tuple(_door(model, one, storeys) for one in hosted if _is(one, "IfcDoor")),
         windows=tuple(_window(model, one, storeys) for one in hosted if _is(one, "IfcWindow")),
-        openings=tuple(_opening(model, one, storeys) for one in hosted if one.fill is None),
+        openings=(
+            *(_opening(model, one, storeys) for one in hosted if one.fill is None),
+            *(_opening(model, one, storeys) for one in _curtain_walls(model)),
+        ),
         spaces=tuple(spaces),
     )
     return IfcReading(model, hosted, walls, truth)
@@ -123,6 +126,24 @@ def _hosted(model: IfcModel, walls: dict[int, Mesh], shapes: dict[int, Mesh]) ->
         if fill.id() not in filled and fill.id() in shapes:
             strip = flat_strip(shapes[fill.id()], _axis(model, fill))
             found.append(_filling(None, fill, None, strip, shapes[fill.id()]))
+    return found
+
+
+def _curtain_walls(model: IfcModel) -> list[HostedOpening]:
+    """Glazed fronts that are no walls, as openings without a wall: by their own shape or by all their parts'."""
+    owner = {
+        part.id(): wall
+        for wall in model.of("IfcCurtainWall")
+        for part in (wall, *(p for relation in wall.IsDecomposedBy or () for p in relation.RelatedObjects))
+    }
+    parts: dict[int, list[Mesh]] = {}
+    for element, mesh in model.meshes([model.file.by_id(number) for number in owner], voids=False):
+        parts.setdefault(owner[element.id()].id(), []).append(mesh)
+    found: list[HostedOpening] = []
+    for number, meshes in parts.items():
+        whole = stacked(meshes)
+        strip = flat_strip(whole)
+        found.append(HostedOpening(model.file.by_id(number), None, None, strip, corners_in(strip, whole)))
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,14 @@ class Mesh:
         across = np.cross(b - a, c - a)
         length = np.linalg.norm(across, axis=1)
         return across / np.maximum(length, 1e-12)[:, None], length / 2
+
+
+def stacked(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one, without their colours."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first.tolist(), strict=True)])
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    return Mesh(vertices, faces, np.full(len(faces), -1, dtype=np.int64), np.zeros((0, 4)))
 
 
 class IfcModel:

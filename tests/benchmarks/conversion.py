@@ -43,7 +43,7 @@ class Conversion:
         return sum(int(storey.get(kind, 0)) for storey in self.outcome.get("storeys", []) for kind in kinds)
 
 
-def convert(name: str, scans: Path, folder: Path = OUT) -> Conversion:
+def convert(name: str, scans: Path, folder: Path = OUT, settings: Path | None = None) -> Conversion:
     """Convert from an empty work folder, so that what is measured is the whole way."""
     folder.mkdir(parents=True, exist_ok=True)
     ifc, model, work = folder / f"{name}.ifc", folder / f"{name}.json", folder / f"{name}.work"
@@ -51,8 +51,9 @@ def convert(name: str, scans: Path, folder: Path = OUT) -> Conversion:
     for path in (ifc, model):
         path.unlink(missing_ok=True)
     shutil.rmtree(work, ignore_errors=True)
+    chosen = [] if settings is None else ["--config", settings]
     cost = measure(
-        [*COMMAND, scans, "-o", ifc, "-o", model, "--work", work, "--name", name, "--json"], out=out, log=log
+        [*COMMAND, scans, "-o", ifc, "-o", model, "--work", work, "--name", name, "--json", *chosen], out=out, log=log
     )
     outcome = json.loads(out.read_text(encoding="utf-8") or "{}") if cost.code == 0 else {}
     return Conversion(name, scans, cost, ifc, model, work, outcome, "" if cost.code == 0 else _complaint(log))

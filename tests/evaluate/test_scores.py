@@ -11,7 +11,7 @@ from scan2bim.cli import main
 from scan2bim.evaluate.areas import BETAS, area_measures, f_beta
 from scan2bim.evaluate.frames import moved
 from scan2bim.evaluate.matching import overlap, pair
-from scan2bim.evaluate.openings import score_doors, score_openings
+from scan2bim.evaluate.openings import asked_for, score_doors, score_openings
 from scan2bim.evaluate.reliability import reliability
 from scan2bim.evaluate.report import evaluate, in_words, score
 from scan2bim.evaluate.rooms import score_spaces, score_walls
@@ -102,6 +102,14 @@ def test_doors_that_are_hidden_much_are_left_out_of_the_visible_ones() -> None:
     assert (visible.found, visible.true, visible.predicted) == (1, 2, 1)
 
 
+def test_what_nobody_saw_and_what_lies_in_a_glazed_front_counts_neither_way() -> None:
+    true = [door(1.0), door(3.0, occlusion=0.9), door(9.0, occlusion=0.9)]
+    front = door(5.0, 3.0, 2.5)
+    asked, counted = asked_for(true, [door(1.0), door(3.0), door(5.5), door(12.0)], [front])
+    assert [one.name for one in asked] == ["door at 1.0"]
+    assert [one.name for one in counted] == ["door at 1.0", "door at 12.0"]
+
+
 def test_calibration_error_is_the_mean_gap_weighted_by_number() -> None:
     found = reliability([0.95] * 8 + [0.55] * 2, [True] * 6 + [False] * 2 + [True] * 2)
     assert found is not None
@@ -145,6 +153,13 @@ def test_walls_and_spaces_elsewhere_are_not_those_of_the_truth() -> None:
     far = moved(truth, shift)
     assert score_walls(truth.walls, far.walls).completeness_5cm == 0.0
     assert score_spaces(truth.spaces, far.spaces).detection.found == 0
+
+
+def test_spaces_without_a_station_are_not_asked_for() -> None:
+    truth = truth_of(rotated_flat())
+    some = {space.name for space in truth.spaces[:2]}
+    found = score_spaces(truth.spaces, truth.spaces[1:4], some).detection
+    assert (found.found, found.true, found.predicted) == (1, 2, 1)
 
 
 def test_a_model_is_scored_where_its_map_conversion_puts_it(tmp_path: Path) -> None:
