@@ -15,9 +15,13 @@ import clouds
 import cost
 import decode
 import document
+import experiments
 import tower
 from bench import OpenDoors
 from measure import Cost, measure
+
+from scan2bim.evaluate.report import score
+from scan2bim.truth.values import DoorTruth, Truth
 
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "flat"
 
@@ -88,3 +92,29 @@ def test_flats_stand_in_rows_on_storeys_without_gaps() -> None:
     assert tower.places(20)[-1] == tower.Place(4, 3)
     assert {place.above for place in tower.places(2)} == {0, 1}
     assert all(len(set(tower.places(n))) == n for n in cost.SIZES)
+
+
+def test_experiments_stand_beside_the_papers_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(experiments, "IMAGES", tmp_path)
+    doors = tuple(_hall_door(i, name) for i, (name, *_) in enumerate(experiments.PAPER_TABLE))
+    truth, model = Truth(scene="hall", doors=doors), Truth(scene="model", doors=doors[:17])
+    scores = score(model, truth, "", "", "")
+    runs = [experiments.Run(kind, 101, "full", scores, "") for kind in ("office", "hall", "sweep")]
+    text = experiments.report([*runs, experiments.Run("hall", 102, "full", None, "it broke")], 2, 101)
+    assert "| hall, full | 1 | 17 of 18 | 0 | 1.0000 | 1.0000 |" in text
+    assert "| wall 12 door 1 | 0.9945 | 0.9952 | 0.0388 | 0.0103 | 0 of 1 | – |" in text
+    assert "| 10% to 20% | 18 | 17 |" in text
+    assert "17 of 18 doors with at most 30 % of their outline hidden found" in text
+    assert "hall 102 (full): it broke" in text
+    assert {path.name for path in tmp_path.iterdir()} == {f"experiments_{n}.svg" for n in ("7b", "7c", "sweep")}
+
+
+def test_the_papers_table_has_the_means_that_the_paper_states() -> None:
+    columns = list(zip(*(row[1:] for row in experiments.PAPER_TABLE), strict=True))
+    assert [sum(c) / 18 for c in columns] == pytest.approx(experiments.PAPER_HALL, abs=6e-4)
+
+
+def _hall_door(i: int, name: str) -> DoorTruth:
+    corners = ((2.0 * i, 0.0, 0.0), (2.0 * i + 1, 0.0, 0.0), (2.0 * i + 1, 0.0, 2.0), (2.0 * i, 0.0, 2.0))
+    known = {"storey": "", "wall": "w", "sill": 0.0, "state": "closed", "occlusion": 0.15}
+    return DoorTruth(name=name, corners=corners, width=1.0, height=2.0, **known)
