@@ -90,8 +90,10 @@ def test_spaces_have_their_areas_and_holes(house: IfcReading) -> None:
     assert len(attic.holes) == 1
 
 
-def test_a_file_that_is_no_ifc_is_refused_by_name(tmp_path: Path) -> None:
-    for content in (b"", b"# not IFC\n", b"ISO-10303-21;\nHEADER;\nrubbish"):
+def test_a_file_that_is_no_ifc_or_cut_off_is_refused_by_name(tmp_path: Path, house: IfcReading) -> None:
+    cut = house.model.path.read_bytes()[:50_000]
+    rubbish = b"ISO-10303-21;\nHEADER;\nrubbish\nEND-ISO-10303-21;"
+    for content in (b"", b"# not IFC\n", cut, rubbish):
         path = tmp_path / "bad.ifc"
         path.write_bytes(content)
         with pytest.raises(DamagedFileError, match=r"bad\.ifc"):
