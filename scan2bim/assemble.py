@@ -311,7 +311,9 @@ def _leaf(shape: OpeningShape) -> dict[str, object]:
         "angle": shape.angle,
         "hinge_side": shape.hinge,
         "swing_side": shape.swing,
+        "operation": "DOUBLE_DOOR_SINGLE_SWING" if shape.leaves == 2 and shape.swing != "unknown" else "NOTDEFINED",
         "leaves": shape.leaves,
+        "glazed": shape.glazed,
         "recess": None if shape.recess is None else _length(shape.recess, RECESS_SIGMA),
         "recess_side": shape.recess_side,
         "handle_height": None if shape.handle_height is None else _length(shape.handle_height, HANDLE_SIGMA),
@@ -329,6 +331,8 @@ def _sentence(shape: OpeningShape) -> str:
     parts.append("lintel seen" if shape.lintel else "no lintel seen")
     if shape.angle is not None:
         parts.append(f"leaf hung at the {shape.hinge} jamb, open by {math.degrees(shape.angle):.0f} degrees")
+    elif shape.glazed:
+        parts.append("panes seen in it, closed")
     elif shape.kind == "door":
         parts.append("no leaf seen")
     return ", ".join(parts)

@@ -281,7 +281,7 @@ def _hinge_sides(door: Door) -> tuple[str, ...]:
     """The ends of the opening at which leaves hang; none where that or the swing is not known, or the door slides."""
     if door.swing_side == "unknown" or "SLID" in door.operation:
         return ()
-    if "DOUBLE" in door.operation:
+    if door.operation.startswith("DOUBLE_DOOR"):
         return ("start", "end")
     return () if door.hinge_side == "unknown" else (door.hinge_side,)
 

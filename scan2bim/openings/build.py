@@ -15,7 +15,8 @@ from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.closed.find import closed_openings, faces_of
-from scan2bim.openings.leaves import AJAR, find_leaf
+from scan2bim.openings.confidence import probability
+from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
 from scan2bim.openings.near_points import BAND, points_by_wall
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape, save_openings
@@ -32,8 +33,6 @@ NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
 LOOKED_THROUGH = 0.3
 """Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
-NO_LEAF = 0.2
-"""Confidence taken off a door whose leaf was not seen: it may be a passage."""
 
 
 def find_openings(
@@ -66,7 +65,8 @@ def openings_of(
         panoramas = _close(scene.panoramas, wall)
         image = wall_image(wall, points, panoramas or _close(virtual[storey], wall), scene.stations)
         seen = find_open(storey, place, wall, image)
-        found += [_with_leaf(opening, wall, scene.surfels, index) for opening in seen]
+        hung = [_with_leaf(opening, wall, scene.surfels, index) for opening in seen]
+        found += [replace(opening, confidence=probability(opening, wall)) for opening in hung]
         found += closed_openings(storey, place, faces_of(wall, points, scene.stations, panoramas), points)
         progress((done + 1) / len(walls))
     return found
@@ -96,7 +96,7 @@ def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Pano
 
 def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
     """A door with the leaf that was seen at it; a wide opening without one is a passage."""
-    if opening.kind == "window" or opening.width < NARROWEST_LEAF:
+    if opening.kind == "window" or opening.glazed or opening.width < NARROWEST_LEAF:
         return opening
     if opening.height > TALLEST_DOOR:
         return replace(opening, kind="passage", state="unknown")
@@ -113,12 +113,11 @@ def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: 
             angle=round(leaf.angle, 3),
             hinge=leaf.hinge,
             swing=leaf.side,
-            confidence=round(min(0.98, opening.confidence + 0.05), 3),
+            leaves=1 if opening.width <= WIDEST else 2,
         )
     if opening.width > WIDEST_LEAF:
         return replace(opening, kind="passage", state="unknown")
-    sure = opening.confidence - (0.0 if opening.kind == "passage" else NO_LEAF)
-    return replace(opening, confidence=round(sure, 3))
+    return opening
 
 
 def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:

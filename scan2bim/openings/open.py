@@ -38,6 +38,12 @@ LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.05
 """A door's head lies at least this high over the floor, its sill at most this high, metres."""
 LOWEST_GLAZED = 1.9
 """Height, metres, of the lowest glazed door: lower ones are windows that reach the floor."""
+TALLEST_GLAZED = 2.6
+"""Height, metres, of the tallest glazed door: taller fronts do not open."""
+WIDEST_PAIR = 2.2
+"""Clear width, metres, of the widest pair of glazed leaves."""
+STILE = 0.8
+"""Share of the height on which the stiles in the middle of a pair of leaves must be seen."""
 SHARE = 0.25
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
 LOWEST_SIGHT = 0.45
@@ -194,11 +200,12 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
     if min(width, height) < LOWEST_WINDOW or (bottom == 0.0 and width < NARROWEST):
         return None
     box = (left, right, bottom, top)
-    touching = _touching(wall, box)
-    if _supported(image, box) < (1 if bottom == 0.0 else 2) + (touching > 0) or _is_whole(wall, box):
+    supported = _supported(image, box)
+    if supported < (1 if bottom == 0.0 else 2) + (_touching(wall, box) > 0) or _is_whole(wall, box):
         return None
     lintel = _wall_above(image, left, right, top)
-    kind = _kind(wall, image, box, lintel)
+    glazed = _glazed_leaves(wall, image, box)
+    kind: Kind = "door" if glazed else _kind(wall, image, box, lintel)
     inside = _part(image.through > 0, *box)
     share = float(inside.mean()) if inside.size else 0.0
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
@@ -206,7 +213,7 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         storey,
         number,
         kind,
-        "open" if kind == "door" else "unknown",
+        "closed" if glazed else "open" if kind == "door" else "unknown",
         round(left, 4),
         round(bottom, 4),
         round(width, 4),
@@ -218,7 +225,10 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         lintel,
         sum(side.reveal for side in sides),
         tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, *box).any())),
-        round(_confidence(kind, share, jambs, lintel), 3),
+        0.0,
+        leaves=glazed or None,
+        sides=supported,
+        glazed=True if glazed else None,
     )
 
 
@@ -284,9 +294,22 @@ def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
     if top < LOWEST_HEAD:
         return "window" if outer else "passage"
     if outer and _glazed(image, box):
-        return "door" if right - left <= WIDEST_SINGLE and top >= LOWEST_GLAZED else "window"
+        return "window"
     door_like = lintel or (not wall.top_seen and right - left <= WIDEST_SINGLE)
     return "door" if door_like and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
+
+
+def _glazed_leaves(wall: WallShape, image: WallImage, box: Box) -> int:
+    """Leaves of a glazed outer door, 0 of anything else: one can walk through it, and two leaves meet in its middle."""
+    left, right, bottom, top = box
+    outer = not (wall.left and wall.right)
+    if bottom > 0.0 or not LOWEST_GLAZED <= top <= TALLEST_GLAZED or not outer or not _glazed(image, box):
+        return 0
+    width = right - left
+    if width <= WIDEST_SINGLE:
+        return 1
+    middle = _part(image.behind.sum(0) > 0, left + 0.4 * width, right - 0.4 * width, bottom + RIM, top - RIM)
+    return 2 if width <= WIDEST_PAIR and middle.size and middle.mean(0).max() > STILE else 0
 
 
 def _glazed(image: WallImage, box: Box) -> bool:
@@ -296,9 +319,3 @@ def _glazed(image: WallImage, box: Box) -> bool:
     left, right, bottom, top = box
     inside = _part(image.behind.sum(0) > 0, left + RIM, right - RIM, bottom + RIM, top - RIM)
     return bool(inside.size and inside.mean() > 0.08)
-
-
-def _confidence(kind: Kind, share: float, jambs: int, lintel: bool) -> float:
-    return min(
-        0.97, 0.35 + 0.35 * share + 0.1 * jambs + (0.1 if lintel else 0.0) - (0.05 if kind == "passage" else 0.0)
-    )

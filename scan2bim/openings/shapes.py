@@ -18,11 +18,12 @@ class OpeningShape:
     nearer jamb, ``sill`` over the wall's base, ``width`` and ``height``, metres, each with its sigma, or None where
     assumed.
 
-    ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its sides show
-    a reveal, ``lintel`` whether wall was seen above it, ``points`` on its reveals, ``stations`` that looked through;
-    ``angle`` (radians from closed), ``hinge`` and ``swing`` side of its leaf, where one was seen. ``leaves`` how
-    many; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf; ``handle_height`` over the base;
-    ``words`` the evidence for a closed door.
+    ``looked_through`` is the share of the rectangle that stations looked through, ``jambs`` how many of its jambs show
+    a reveal, ``lintel`` whether wall was seen above it, ``sides`` how many of the four have the wall's face beside them
+    (0 of those found closed); ``points`` on its reveals, ``stations`` that looked through; ``angle`` (radians from
+    closed), ``hinge`` and ``swing`` side of its leaf, where one was seen. ``leaves`` how many; ``glazed`` whether rays
+    went through the closed leaf; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf;
+    ``handle_height`` over the base; ``words`` the evidence for a closed door.
     """
 
     storey: int
@@ -49,6 +50,8 @@ class OpeningShape:
     recess_side: Literal["left", "right", "unknown"] = "unknown"
     handle_height: float | None = None
     words: tuple[str, ...] = ()
+    sides: int = 0
+    glazed: bool | None = None
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

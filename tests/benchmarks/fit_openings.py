@@ -1,0 +1,118 @@
+"""Fit the weights of ``scan2bim.openings.confidence``, and print how well they are calibrated on other scenes.
+
+    python tests/benchmarks/fit_openings.py --fit SCENE=WORK ... --test SCENE=WORK ...
+
+SCENE is a folder with a truth.json of simulated scans, WORK the work folder of their conversion.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.confidence import LEAST, MOST, WEIGHTS, features
+from scan2bim.openings.shapes import OpeningShape, load_openings
+from scan2bim.structure.shapes import StructureShape, WallShape
+
+F64 = NDArray[np.float64]
+RIDGE = 1.0
+"""Weight of the squares of the weights: few false openings are in the scenes."""
+MATCH = 0.5
+"""Least overlap (intersection over union) with a true opening of its kind."""
+KINDS = {"window": ("windows",), "door": ("doors",), "passage": ("openings", "doors")}
+BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.01)
+
+
+def examples(scene: Path, work: Path) -> tuple[F64, NDArray[np.bool_]]:
+    """Features (n, k) of the openings that were looked through, and which are right (n,)."""
+    truth: dict[str, Any] = json.loads((scene / "truth.json").read_text())
+    shift = np.array(json.loads(_one(work, "survey", "frame.json").read_text())["shift"])
+    structure = StructureShape.load(_one(work, "structure", "structure.json"))
+    rows, right = [], []
+    for opening in load_openings(_one(work, "openings", "openings.json")):
+        if opening.sides == 0:
+            continue  # found as a closed door: that has weights of its own
+        wall = structure.storeys[opening.storey].walls[opening.wall]
+        overlaps = [
+            _overlap(opening, wall, np.array(true["corners"]) - shift)
+            for kind in KINDS[opening.kind]
+            for true in truth[kind]
+        ]
+        rows.append(features(opening, wall))
+        right.append(max(overlaps, default=0.0) >= MATCH)
+    return np.array(rows).reshape(-1, len(WEIGHTS)), np.array(right, bool)
+
+
+def _one(work: Path, stage: str, name: str) -> Path:
+    return max((work / "stages" / stage).glob(f"*/{name}"), key=lambda p: p.stat().st_mtime)
+
+
+def _overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
+    """Intersection over union with a true opening in the wall's plane; 0 where that is in another plane."""
+    start, end = np.array(wall.start), np.array(wall.end)
+    direction = (end - start) / np.linalg.norm(end - start)
+    along = (corners[:, :2] - start) @ direction
+    across = (corners[:, :2] - start) @ np.array([-direction[1], direction[0]])
+    up = corners[:, 2] - wall.base
+    if abs(across.mean()) > 0.25 or np.ptp(across) > 0.35 * np.ptp(along):
+        return 0.0
+    wide = min(opening.offset + opening.width, along.max()) - max(opening.offset, along.min())
+    tall = min(opening.sill + opening.height, up.max()) - max(opening.sill, up.min())
+    both = max(wide, 0.0) * max(tall, 0.0)
+    return float(both / (opening.width * opening.height + np.ptp(along) * np.ptp(up) - both))
+
+
+def fitted(rows: F64, right: NDArray[np.bool_]) -> F64:
+    """Weights of a logistic regression, by Newton's method."""
+    weights = np.zeros(rows.shape[1])
+    penalty = np.diag([0.0, *[RIDGE] * (rows.shape[1] - 1)])
+    for _ in range(50):
+        chance = 1 / (1 + np.exp(-rows @ weights))
+        slope = rows.T @ (right - chance) - penalty @ weights
+        bend = (rows * (chance * (1 - chance))[:, None]).T @ rows + penalty
+        weights = weights + np.linalg.solve(bend, slope)
+    return weights
+
+
+def report(name: str, rows: F64, right: NDArray[np.bool_], weights: F64) -> None:
+    """Print the reliability table and the expected calibration error."""
+    chance = np.clip(1 / (1 + np.exp(-rows @ weights)), LEAST, MOST)
+    print(f"{name}: {len(right)} openings, {right.mean():.3f} of them right, said {chance.mean():.3f}")
+    error = 0.0
+    for low, high in itertools.pairwise(BINS):
+        here = (chance >= low) & (chance < high)
+        if here.any():
+            said, true = chance[here].mean(), right[here].mean()
+            print(f"  said {low:.2f}-{high:.2f}: {here.sum():4d}, mean {said:.3f}, right {true:.3f}")
+            error += here.mean() * abs(said - true)
+    print(f"  expected calibration error {error:.3f}")
+
+
+def main() -> None:
+    """Fit on some scenes, test on others."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--fit", nargs="+", required=True, metavar="SCENE=WORK")
+    parser.add_argument("--test", nargs="+", default=[], metavar="SCENE=WORK")
+    arguments = parser.parse_args()
+    rows, right = joined(arguments.fit)
+    weights = fitted(rows, right)
+    print("WEIGHTS = np.array(", [round(float(w), 2) for w in weights], ")")
+    report("fitted on", rows, right, weights)
+    if arguments.test:
+        report("tested on", *joined(arguments.test), weights)
+
+
+def joined(pairs: list[str]) -> tuple[F64, NDArray[np.bool_]]:
+    """Examples of several SCENE=WORK."""
+    found = [examples(*map(Path, pair.split("="))) for pair in pairs]
+    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+
+
+if __name__ == "__main__":
+    main()
