@@ -59,6 +59,10 @@ RING = 0.3
 """Width, metres, of the ring round a part of an opening in which the wall's density of points is taken."""
 SOLID = 0.8
 """Share of the wall's density of points from which on a thing is solid: panes return fewer."""
+PANE = 0.6
+"""Share of the wall's density of points up to which a recessed rectangle that nobody looked through is a pane."""
+LEAST_REVEALS = 3
+"""Reveals that must be seen of a pane that nobody looked through."""
 LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
 RIM = 0.15
@@ -78,7 +82,7 @@ def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> li
     missing = face_missing(image)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
     large = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
-    boxes = [box for k in large if (box := _box(labels == k, image)) is not None]
+    boxes = [box for k in large if (box := _box(labels == k, wall, image)) is not None]
     openings = [_opening(storey, number, wall, image, _to_floor(box, wall, image, missing)) for box in boxes]
     return [o for o in openings if o is not None]
 
@@ -102,15 +106,15 @@ def _blurred(mask: Mask) -> NDArray[np.float32]:
     return np.asarray(blurred, np.float32)
 
 
-def _box(cluster: Mask, image: WallImage) -> Box | None:
-    """The rectangle of a cluster without solid leaves or panels beside what was looked through; None where that is too
-    little.
+def _box(cluster: Mask, wall: WallShape, image: WallImage) -> Box | None:
+    """The rectangle of a cluster without solid leaves or panels beside what was looked through; where that is too
+    little all of it, if it is a pane, else None.
     """
     box = _rectangle(cluster)
     clear = closed((cluster & (image.through > 0) & ~image.face).astype(np.uint8), 2 * HOLE).astype(bool)
     inner = _rectangle(clear) if clear.sum() >= LEAST_THROUGH * cluster.sum() else None
     if box is None or inner is None:
-        return None
+        return box if box is not None and _is_pane(wall, image, box) else None
     left, right, bottom, top = box
     if inner[0] - left > PANEL and _solid(image, (left, inner[0] - FRAME, bottom, top)):
         left = inner[0] - FRAME
@@ -123,13 +127,28 @@ def _box(cluster: Mask, image: WallImage) -> Box | None:
     return left, right, bottom, top
 
 
+def _is_pane(wall: WallShape, image: WallImage, box: Box) -> bool:
+    """Whether a rectangle above the floor in an outer wall, which nobody looked through, is a pane all the same: it
+    returned fewer pulses than its surroundings.
+    """
+    left, right, bottom, top = box
+    if (wall.left and wall.right) or bottom < LOWEST_SIGHT or min(right - left, top - bottom) < 3 * RIM:
+        return False
+    return _density(image, (left + RIM, right - RIM, bottom + RIM, top - RIM)) < PANE
+
+
 def _solid(image: WallImage, box: Box) -> bool:
     """Whether a part of the opening returned as many pulses as the wall round it: a leaf or a panel, no pane."""
+    return _density(image, box) > SOLID
+
+
+def _density(image: WallImage, box: Box) -> float:
+    """Points a pixel behind the face within a rectangle, by those on the face round it; nan where there are none."""
     left, right, bottom, top = box
     here = _part(image.behind.sum(0), *box)
     around = _part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
     wall = around[around > 0]
-    return bool(here.size and len(wall) and here.mean() > SOLID * wall.mean())
+    return float(here.mean() / wall.mean()) if here.size and len(wall) else np.nan
 
 
 def _rectangle(region: Mask) -> Box | None:
@@ -209,6 +228,8 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
     inside = _part(image.through > 0, *box)
     share = float(inside.mean()) if inside.size else 0.0
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
+    if share < LEAST_THROUGH / 2 and sum(1 for side in sides if side.reveal > 0) < LEAST_REVEALS:
+        return None
     return OpeningShape(
         storey,
         number,
