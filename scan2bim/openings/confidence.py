@@ -10,8 +10,9 @@ from scan2bim.structure.shapes import WallShape
 
 PRECISE = 0.01
 """Standard deviation, metres, up to which a width or height is one between two edges that were seen."""
-WEIGHTS = np.zeros(9)
-"""Weights of ``features``."""
+WEIGHTS = np.array([-3.58, -1.33, 1.41, 1.79, 5.08, 1.1, -1.28, 2.55, 0.47])
+"""Weights of ``features``, fitted by ``tests/benchmarks/fit_openings.py --fit SCENE=WORK ...`` on 129 openings of 12
+simulated scans of four buildings, 81 % of them right."""
 LEAST, MOST = 0.02, 0.98
 """No probability outside these is stated: nobody tried thousands of openings."""
 

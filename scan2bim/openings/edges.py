@@ -59,6 +59,8 @@ def find_edge(place: F64, depth: F64, on_face: NDArray[np.bool_], rough: float, 
     low, high = low - REACH, high - REACH
     first = ~on_face & (inside > high - BIN) & (inside < high + CROWD)
     seen = face.sum() >= FEWEST
+    if not seen and high < GAP - REACH:
+        return Edge(rough, REACH / 3, 0, False)
     reveal = int(first.sum()) >= FEWEST and float(np.ptp(np.percentile(depth[first], [10, 90]))) > DEEP
     if reveal or (high - low < GAP and first.any()):
         at = float(np.median(inside[first])) if reveal else high

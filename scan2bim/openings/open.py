@@ -23,6 +23,8 @@ BLUR = 4
 """Pixels, 10 cm, of the square in which points on the face are weighed against what was seen behind it."""
 GONE = 0.15
 """Share of that square that must show something behind the face."""
+PIER = 0.3
+"""Share of it that must show the face for a strip between two openings to part them."""
 HOLE, SPECK = 5, 5
 """Pixels: gaps up to 12 cm are closed, and what is narrower than 12 cm is dropped."""
 SMALLEST_AREA = 0.12
@@ -97,8 +99,9 @@ def face_missing(image: WallImage) -> Mask:
             continue
         face = _blurred(points > 0)
         gone = _blurred(((behind > 0) | (image.through > 0)) & (points == 0))
-        mask |= (gone > face) & (gone > GONE)
-    return opened(closed(mask, HOLE), SPECK).astype(bool)
+        filled = closed(((gone > face) & (gone > GONE)).astype(np.uint8), HOLE)
+        mask |= filled & ~((face >= gone) & (face > PIER))
+    return opened(mask, SPECK).astype(bool)
 
 
 def _blurred(mask: Mask) -> NDArray[np.float32]:

@@ -21,7 +21,7 @@ from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.structure.shapes import StructureShape, WallShape
 
 F64 = NDArray[np.float64]
-RIDGE = 1.0
+RIDGE = 0.1
 """Weight of the squares of the weights: few false openings are in the scenes."""
 MATCH = 0.5
 """Least overlap (intersection over union) with a true opening of its kind."""

@@ -162,15 +162,15 @@ def test_a_street_behind_the_windows_changes_nothing_inside() -> None:
         assert len(model.walls) == len(truth.truth.walls), name
 
 
-def test_sill_and_head_of_windows_are_right_within_6_centimetres() -> None:
+def test_sill_and_head_of_windows_are_right_within_2_centimetres() -> None:
     for scene in STREETS.values():
         truth, model = scanned(scene, SPEC), modelled(scene, SPEC)
         for window in truth.truth.windows:
             _, found = best(window, model)
             assert found is not None
-            assert found.sill == pytest.approx(window.sill, abs=0.06), window.name
-            assert found.sill + found.height == pytest.approx(window.sill + window.height, abs=0.06), window.name
-            assert found.width == pytest.approx(window.width, abs=0.06), window.name
+            assert found.sill == pytest.approx(window.sill, abs=0.02), window.name
+            assert found.sill + found.height == pytest.approx(window.sill + window.height, abs=0.02), window.name
+            assert found.width == pytest.approx(window.width, abs=0.02), window.name
 
 
 def test_windows_with_nothing_behind_them_are_found() -> None:

@@ -1,0 +1,152 @@
+"""Openings of one wall, its points made up: no scan, no stage before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scan2bim.openings.near_points import WallPoints
+from scan2bim.openings.open import find_open
+from scan2bim.openings.shapes import OpeningShape
+from scan2bim.openings.wall_image import PIXEL, WallImage, wall_image
+from scan2bim.structure.shapes import WallShape
+
+F64 = NDArray[np.float64]
+LENGTH, HEIGHT, THICKNESS = 5.0, 2.6, 0.3
+STEP = 0.012
+"""Distance of the points on a surface, metres."""
+Hole = tuple[float, float, float, float]
+"""Left, right, bottom, top."""
+
+
+def sheet(hole: Hole, depth: float, step: float = STEP) -> F64:
+    """Points (n, 3) along, across and up on an upright rectangle ``depth`` behind the left face."""
+    left, right, bottom, top = hole
+    along, up = np.meshgrid(np.arange(left, right, step), np.arange(bottom, top, step))
+    return np.column_stack([along.ravel(), np.full(along.size, THICKNESS / 2 - depth), up.ravel()])
+
+
+def reveals(hole: Hole, deep: float = 0.12) -> F64:
+    """Points on the four sides of a hole, ``deep`` metres into the wall."""
+    left, right, bottom, top = hole
+    depth = np.arange(0.02, deep, STEP)
+    parts: list[F64] = []
+    for along, up in (
+        (np.array([left]), np.arange(bottom, top, STEP)),
+        (np.array([right]), np.arange(bottom, top, STEP)),
+        (np.arange(left, right, STEP), np.array([bottom])),
+        (np.arange(left, right, STEP), np.array([top])),
+    ):
+        grid = np.meshgrid(along, THICKNESS / 2 - depth, up, indexing="ij")
+        parts.append(np.stack(grid, -1).reshape(-1, 3))
+    return np.concatenate(parts)
+
+
+def pane(hole: Hole, frame: float = 0.07) -> F64:
+    """Frame, and a pane that returns one pulse in sixteen."""
+    left, right, bottom, top = hole
+    solid = sheet(hole, 0.1)
+    x, z = solid[:, 0], solid[:, 2]
+    clear = (x > left + frame) & (x < right - frame) & (z > bottom + frame) & (z < top - frame)
+    glass = (left + frame, right - frame, bottom + frame, top - frame)
+    return np.concatenate([solid[~clear], sheet(glass, 0.11, 4 * STEP)])
+
+
+def image(holes: list[Hole], *inside: F64, through: list[Hole] | None = None) -> tuple[WallShape, WallImage]:
+    """An outer wall with its room on the left and ``holes`` in it, seen from nowhere that is known; ``through`` was
+    looked through.
+    """
+    grey = (200, 200, 200)
+    wall = WallShape(
+        (0.0, 0.0), (LENGTH, 0.0), THICKNESS, None, 0.0, HEIGHT, True, (0,), (), 0.002, 9999, 1.0, 1, (0,), grey
+    )  # fmt: skip
+    face = sheet((0.0, LENGTH, 0.0, HEIGHT), 0.0)
+    for left, right, bottom, top in holes:
+        x, z = face[:, 0], face[:, 2]
+        face = face[(x < left) | (x > right) | (z < bottom) | (z > top)]
+    points = np.concatenate([face, *inside])
+    along, across, up = points.astype(np.float32).T
+    count = len(points)
+    made = WallPoints(along, across, up, np.zeros((count, 3), np.uint8), np.zeros(count, np.uint16))
+    found = wall_image(wall, made, {}, np.full((1, 3), np.nan))
+    for left, right, bottom, top in through or []:
+        rows = slice(round(bottom / PIXEL), round(top / PIXEL))
+        found.through[rows, round(left / PIXEL) : round(right / PIXEL)] = 1
+    return wall, found
+
+
+def found_in(holes: list[Hole], *inside: F64, through: list[Hole] | None = None) -> list[OpeningShape]:
+    return find_open(0, 0, *image(holes, *inside, through=through))
+
+
+def sides(opening: OpeningShape) -> Hole:
+    return (opening.offset, opening.offset + opening.width, opening.sill, opening.sill + opening.height)
+
+
+WINDOW = (1.0, 2.2, 0.9, 2.1)
+DOORWAY = (1.0, 1.9, 0.0, 2.05)
+
+
+def clear(hole: Hole, frame: float = 0.1) -> Hole:
+    return hole[0] + frame, hole[1] - frame, hole[2] + frame, hole[3] - frame
+
+
+def test_a_window_that_was_looked_through_has_its_sides_to_a_centimetre() -> None:
+    (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW), through=[clear(WINDOW)])
+    assert found.kind == "window"
+    assert sides(found) == pytest.approx(WINDOW, abs=0.01)
+    assert (found.jambs, found.sides) == (2, 4)
+
+
+def test_a_window_that_nobody_looked_through_is_told_by_its_pane() -> None:
+    (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW))
+    assert found.kind == "window"
+    assert sides(found) == pytest.approx(WINDOW, abs=0.01)
+    assert found.looked_through == 0.0
+
+
+def test_a_solid_niche_is_no_window() -> None:
+    assert not found_in([WINDOW], reveals(WINDOW), sheet(WINDOW, 0.1))
+
+
+def test_seven_centimetres_of_wall_part_two_windows() -> None:
+    above = (1.0, 1.8, 1.47, 2.2)
+    below = (1.0, 1.8, 0.7, 1.4)
+    found = found_in(
+        [above, below], reveals(above), reveals(below), pane(above), pane(below), through=[clear(above), clear(below)]
+    )
+    first, second = sorted(found, key=lambda o: -o.sill)
+    assert sides(first) == pytest.approx(above, abs=0.012)
+    assert sides(second) == pytest.approx(below, abs=0.012)
+
+
+def test_the_panes_of_one_window_with_a_mullion_behind_the_face_are_one_window() -> None:
+    halves = [(1.1, 1.5, 1.0, 2.0), (1.7, 2.1, 1.0, 2.0)]
+    mullion = sheet((1.5, 1.7, 0.97, 2.03), 0.1)
+    (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW), mullion, through=halves)
+    assert sides(found) == pytest.approx(WINDOW, abs=0.01)
+
+
+def test_a_window_ends_where_a_closed_leaf_stands_beside_it() -> None:
+    both = (1.0, 3.0, 0.1, 2.1)
+    window, leaf = (1.0, 2.0, 0.1, 2.1), (2.0, 3.0, 0.1, 2.1)
+    (found,) = found_in([both], reveals(both), pane(window), sheet(leaf, 0.1), through=[clear(window)])
+    assert found.offset == pytest.approx(1.0, abs=0.01)
+    assert found.offset + found.width == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_wall_without_a_face_but_rims_is_a_glass_front_and_no_opening() -> None:
+    front = (0.1, LENGTH - 0.1, 0.05, HEIGHT - 0.1)
+    assert not found_in([front], pane(front), through=[clear(front)])
+
+
+def test_a_pane_from_the_floor_to_a_door_s_height_is_a_glazed_door() -> None:
+    (found,) = found_in([DOORWAY], reveals(DOORWAY), pane(DOORWAY), through=[clear(DOORWAY)])
+    assert (found.kind, found.state, found.glazed, found.leaves) == ("door", "closed", True, 1)
+
+
+def test_a_doorway_with_nothing_in_it_is_an_open_door() -> None:
+    (found,) = found_in([DOORWAY], reveals(DOORWAY, 0.28), through=[DOORWAY])
+    assert (found.kind, found.state, found.glazed) == ("door", "open", None)
+    assert sides(found) == pytest.approx(DOORWAY, abs=0.01)
