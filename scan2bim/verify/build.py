@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,13 +11,21 @@ from numpy.typing import NDArray
 
 from scan2bim import __version__
 from scan2bim.cloud.frame import SurveyFrame
-from scan2bim.cloud.ingest import ScanSummary
-from scan2bim.cloud.panorama import Panorama
+from scan2bim.cloud.ingest import ScanSummary, load_panoramas
 from scan2bim.config import VerifySettings
 from scan2bim.model.elements import Building
+from scan2bim.verify.additions import Unexplained, find_additions
 from scan2bim.verify.compare import compare_points
 from scan2bim.verify.faces import FaceTable, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
+from scan2bim.verify.openings import (
+    OpeningContext,
+    added_openings,
+    detected_openings,
+    judge_openings,
+    placed_gap,
+)
+from scan2bim.verify.patches import Gap, find_gaps, main_direction, with_patches
 from scan2bim.verify.place import Placement, place_model
 from scan2bim.verify.result import ElementResult, Report
 from scan2bim.verify.status import Surface, judge_elements
@@ -49,11 +57,14 @@ class Found:
     model: IfcModel
     surface: Surface
     placement: Placement
+    anchor: F64
 
 
 def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -> Found:
     """Compare a model with scans. Raises InputError or PrecheckError."""
     model = read_model(inputs.model)
+    gaps = find_gaps(model)
+    model = with_patches(model, gaps)
     summaries = tuple(ScanSummary.load(folder) for folder in inputs.scan_folders)
     stations = _stations(summaries)
     anchor = np.round(np.concatenate([e.vertices for e in model.elements]).mean(axis=0))
@@ -62,25 +73,68 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     placement = place_model(inputs, model, drawn, anchor, stations, summaries)
     table = drawn.moved(placement.matrix)
     progress(0.3)
+    unexplained = Unexplained()
     measured = compare_points(
-        table, inputs.scan_folders, stations, placement.ignored, [], lambda share: progress(0.3 + 0.4 * share)
+        table, inputs.scan_folders, stations, placement.ignored, [unexplained], lambda s: progress(0.3 + 0.4 * s)
     )
-    surface = _seen(inputs, model, table, placement, measured.count, anchor, lambda s: progress(0.7 + 0.2 * s))
-    surface = Surface(table, measured, surface, reveals(model, table, placement, anchor))
-    tolerances = [settings.tolerance_of(e.ifc_class) for e in model.elements]
-    results = judge_elements(model.elements, surface, tolerances, placement.to_model(anchor))
+    bits = _seen(inputs, model, table, placement, measured.count, anchor, lambda s: progress(0.7 + 0.2 * s))
+    surface = Surface(table, measured, bits, reveals(model, table, placement, anchor))
+    return _judged(inputs, settings, Seen(model, gaps, surface, placement, anchor, unexplained))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What was measured, before it is judged."""
+
+    model: IfcModel
+    gaps: tuple[Gap, ...]
+    surface: Surface
+    placement: Placement
+    anchor: F64
+    unexplained: Unexplained
+
+
+def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
+    """Elements, doors and windows, and what is not drawn."""
+    model, surface, elements = seen.model, seen.surface, seen.model.elements
+    to_model = seen.placement.to_model(seen.anchor)
+    tolerances = [settings.tolerance_of(e.ifc_class) for e in elements]
+    results = judge_elements(elements, surface, tolerances, to_model)
+    context = _opening_context(inputs, seen)
+    fills, matched = judge_openings(context, elements, tolerances)
+    centres = surface.table.centres(np.flatnonzero(surface.table.cell_area > 0))
+    box = np.array([centres.min(axis=0), centres.max(axis=0)])
+    additions = find_additions(seen.unexplained, box, ceilings(surface.table, model), model.storeys, to_model)
     report = Report(
         program=f"scan2bim {__version__}",
         model_file=inputs.model.name,
         model_name=model.name,
         model_schema=model.schema,
         tolerance=settings.tolerance,
-        points=measured.points,
-        unexplained_points=measured.unexplained,
-        placing=placement.told,
-        elements=tuple(results) + _others(model, settings),
+        points=surface.measured.points,
+        unexplained_points=surface.measured.unexplained,
+        placing=seen.placement.told,
+        elements=(*results, *fills, *_others(model, settings)),
+        additions=(*added_openings(context, elements, matched, to_model), *additions),
     )
-    return Found(report, model, surface, placement)
+    return Found(report, model, surface, seen.placement, seen.anchor)
+
+
+def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:
+    table, elements = seen.surface.table, seen.model.elements
+    order = np.argsort(table.cell_element, kind="stable")
+    ends = np.searchsorted(table.cell_element[order], np.arange(len(elements) + 1))
+    patches = {e.guid: i for i, e in enumerate(elements) if e.role == "patch"}
+    places = {e.guid: i for i, e in enumerate(elements) if e.role not in ("patch", "opening")}
+    return OpeningContext(
+        surface=seen.surface,
+        order=order,
+        ends=ends,
+        gaps=tuple(placed_gap(g, seen.placement.matrix, seen.anchor) for g in seen.gaps),
+        patches=tuple(patches[g.guid] for g in seen.gaps),
+        hosts=tuple(places[g.host] for g in seen.gaps),
+        detected=detected_openings(inputs.building),
+    )
 
 
 def _stations(summaries: Sequence[ScanSummary]) -> F64:
@@ -103,15 +157,11 @@ def _seen(
     progress: Progress,
 ) -> NDArray[np.uint8]:
     """What the stations saw of the cells without points."""
-    folders = [f for f in inputs.scan_folders if (f / "panorama.npz").exists()]
+    panoramas = load_panoramas(inputs.scan_folders)
+    asked = [panorama for station, panorama in panoramas.items() if not placement.ignored[station]]
     bodies = opaque_bodies(model.elements, anchor, placement.matrix)
-
-    def panoramas() -> Iterator[Panorama]:
-        for folder in folders:
-            if not placement.ignored[ScanSummary.load(folder).station]:
-                yield Panorama.load(folder / "panorama.npz")
-
-    return look(table, bodies, panoramas(), count == 0, progress, len(folders))
+    judged = np.array([e.role in ("compared", "patch") for e in model.elements])
+    return look(table, bodies, asked, (count == 0) & judged[table.cell_element], progress)
 
 
 def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64) -> NDArray[np.bool_]:
@@ -129,30 +179,25 @@ def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64
     return out
 
 
+def ceilings(table: FaceTable, model: IfcModel) -> F64:
+    """Middles (n, 3) of cells of slabs, roofs and ceilings that look down, one in 20 cm each way."""
+    over = np.array([e.ifc_class in ("IfcSlab", "IfcRoof", "IfcCovering") for e in model.elements])
+    looks_down = (table.normal[table.cell_face][:, 2] < -0.9) & over[table.cell_element]
+    stride = np.maximum(1, np.rint(0.2 / table.size).astype(np.int64))[table.cell_face]
+    return table.centres(np.flatnonzero(looks_down & (table.cell_at % stride[:, None] == 0).all(axis=1)))
+
+
 LINING = 0.02
 """Metres by which a cell may lie outside of an opening's box and still line it."""
 
 
 def _inside(points: F64, corners: F64) -> NDArray[np.bool_]:
     """Which points lie in the box round ``corners`` whose axes are the opening's own in plan."""
-    flat = corners[:, :2] - corners[:, :2].mean(axis=0)
-    edges = corners[:, None, :2] - corners[None, :, :2]
-    lengths = np.linalg.norm(edges, axis=2)
-    along = edges.reshape(-1, 2)[np.argmax(lengths)] if len(flat) < 3 else _main_direction(flat)
-    along = along / max(float(np.linalg.norm(along)), 1e-9)
+    along = main_direction(corners[:, :2] - corners[:, :2].mean(axis=0))
     axes = np.array([[along[0], along[1], 0.0], [-along[1], along[0], 0.0], [0.0, 0.0, 1.0]])
     own = corners @ axes.T
     mine = points @ axes.T
     return ((mine > own.min(axis=0) - LINING) & (mine < own.max(axis=0) + LINING)).all(axis=1)
-
-
-def _main_direction(flat: F64) -> F64:
-    """Of the points (n, 2): the direction in which their bounding box is smallest."""
-    angles = np.linspace(0, np.pi / 2, 181)
-    turned = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    across = np.stack([-np.sin(angles), np.cos(angles)], axis=1)
-    area = np.ptp(flat @ turned.T, axis=0) * np.ptp(flat @ across.T, axis=0)
-    return turned[np.argmin(area)]
 
 
 def _others(model: IfcModel, settings: VerifySettings) -> tuple[ElementResult, ...]:

@@ -98,10 +98,13 @@ class _Group:
 
 
 def make_faces(elements: Sequence[ModelElement], anchor: F64) -> FaceTable:
-    """Faces and cells of all elements but openings; ``anchor`` (3,) is taken off all coordinates."""
+    """Faces and cells of all elements but openings and what fills them, which is measured on their patches; ``anchor``
+    (3,) is taken off all coordinates.
+    """
     groups: list[_Group] = []
+    patched = {element.guid for element in elements if element.role == "patch"}
     for number, element in enumerate(elements):
-        if element.role != "opening":
+        if element.role != "opening" and not (element.role == "fill" and element.host in patched):
             groups += _planes(number, element, anchor)
     area = sum(float(_areas(g.corners).sum()) for g in groups)
     return _table(groups, max(CELL, math.sqrt(area / MOST_CELLS)))
@@ -158,7 +161,9 @@ def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
     for which in np.argsort(-area)[:MOST_FACES]:
         mine = np.flatnonzero(group == which)
         main = mine[np.argmax(length[mine])]
-        out.append(_Group(number, normal[main], corners[mine], not closed, bool(glass[mine[0]])))
+        out.append(
+            _Group(number, normal[main], corners[mine], not closed and element.role != "patch", bool(glass[mine[0]]))
+        )
     return out
 
 

@@ -20,7 +20,7 @@ from scan2bim.errors import InputError
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
-Role = Literal["compared", "context", "fill", "opening"]
+Role = Literal["compared", "context", "fill", "opening", "patch"]
 
 SKIPPED = ("IfcVirtualElement", "IfcFeatureElementAddition", "IfcFeatureElementSubtraction", "IfcReinforcingElement")
 """Classes with geometry that no scan can see."""
@@ -38,8 +38,9 @@ class ModelElement:
     """An element with a body.
 
     vertices (v, 3) float64 metres in the model's world axes; triangles (t, 3) int32; glass (t,) bool. role: "compared",
-    "context" (explains points, is not judged), "fill" (door or window) or "opening". host: for a fill its opening, for
-    an opening its wall, as GlobalId. storey: name of the storey that holds it.
+    "context" (explains points, is not judged), "fill" (door or window), "opening" or "patch" (the wall's surface across
+    its opening). host: for a fill its opening, for an opening its wall, as GlobalId. storey: name of the one that holds
+    it.
     """
 
     guid: str

@@ -17,7 +17,7 @@ from scan2bim.verify.faces import FaceTable
 F64 = NDArray[np.float64]
 Method = Literal["given", "map", "identity", "automatic"]
 
-SAMPLE = 40_000
+SAMPLE = 16_000
 """Surfels that a placing is judged and fitted by."""
 SPACING = 0.15
 """Distance of the model's cells that they are compared with, metres."""

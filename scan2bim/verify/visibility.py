@@ -7,7 +7,7 @@ it, or was blocked before it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numba as nb
@@ -61,12 +61,11 @@ def opaque_bodies(elements: Sequence[ModelElement], anchor: F64, matrix: F64) ->
 def look(
     table: FaceTable,
     bodies: Bodies,
-    panoramas: Iterable[Panorama],
+    panoramas: Sequence[Panorama],
     asked: NDArray[np.bool_],
     progress: Callable[[float], None],
-    total: int,
 ) -> U8:
-    """Bits (c,) of each cell, 0 for those not ``asked`` (c,) bool; ``panoramas`` come one by one, ``total`` of them."""
+    """Bits (c,) of each cell, 0 for those not ``asked`` (c,) bool; the ranges of panoramas are read one by one."""
     cells = np.flatnonzero(asked & ~table.glass[table.cell_face])
     centres = table.centres(cells)
     normals = table.normal[table.cell_face[cells]]
@@ -77,7 +76,7 @@ def look(
         drawn.fill(np.inf)
         _draw(bodies.corners, panorama.position, drawn)
         _ask(centres, normals, two_sided, panorama.position, drawn, panorama.ranges, bits)
-        progress((done + 1) / max(total, 1))
+        progress((done + 1) / len(panoramas))
     out = np.zeros(len(asked), np.uint8)
     out[cells] = bits
     return out

@@ -1,0 +1,147 @@
+"""Points that no element explains, grouped into regions with a box and a guess of what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.verify.compare import Owned
+from scan2bim.verify.ifc_model import ModelStorey
+from scan2bim.verify.patches import main_direction
+from scan2bim.verify.result import Addition
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+EDGE = 0.10
+"""Edge of the voxels that unexplained points are gathered in, metres."""
+LEAST_POINTS = 3
+"""Points of a voxel that counts: fewer are strays and mixed pixels."""
+LEAST_VOXELS = 30
+"""Voxels of a group that is told: 0.3 m2 of surface."""
+MOST = 200
+"""Groups that are told, the largest."""
+MARGIN = 0.5
+"""Metres round the model's box beyond which points are of the surroundings."""
+BITS = 21
+
+
+class Unexplained:
+    """Gathers the points that no element explains; a sink of ``compare_points``. Grows with their surface only."""
+
+    def __init__(self) -> None:
+        self._keys: list[I64] = []
+        self._counts: list[I64] = []
+
+    def __call__(self, owned: Owned) -> None:
+        """Take a run's points."""
+        left = owned.owner == -2
+        if not left.any():
+            return
+        place = np.floor(owned.xyz(left) / EDGE).astype(np.int64) + (1 << (BITS - 1))
+        keys, counts = np.unique((place[:, 0] << 2 * BITS) | (place[:, 1] << BITS) | place[:, 2], return_counts=True)
+        self._keys.append(keys)
+        self._counts.append(counts)
+        if len(self._keys) > 200:
+            merged = self.voxels()
+            self._keys, self._counts = [merged[0]], [merged[1]]
+
+    def voxels(self) -> tuple[I64, I64]:
+        """Keys (k,) sorted and counts (k,) of all voxels."""
+        if not self._keys:
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
+        keys, place = np.unique(np.concatenate(self._keys), return_inverse=True)
+        counts = np.bincount(place.ravel(), weights=np.concatenate(self._counts))
+        return keys, counts.astype(np.int64)
+
+
+def find_additions(
+    unexplained: Unexplained, box: F64, ceilings: F64, storeys: Sequence[ModelStorey], to_model: F64
+) -> tuple[Addition, ...]:
+    """Groups within ``box`` (2, 3) of the model in the local frame, the largest first; ``ceilings`` (n, 3) are places
+    on surfaces that look down: what is built reaches them, furniture seldom does.
+    """
+    keys, counts = unexplained.voxels()
+    place = np.column_stack([keys >> 2 * BITS, (keys >> BITS) & (2**BITS - 1), keys & (2**BITS - 1)])
+    middle: F64 = ((place - (1 << (BITS - 1)) + 0.5) * EDGE).astype(np.float64)
+    keep = (counts >= LEAST_POINTS) & (middle > box[0] - MARGIN).all(axis=1) & (middle < box[1] + MARGIN).all(axis=1)
+    keys, counts, middle = keys[keep], counts[keep], middle[keep]
+    label = _groups(keys)
+    sizes = np.bincount(label, minlength=1)
+    out: list[Addition] = []
+    for which in np.argsort(-sizes)[:MOST]:
+        if sizes[which] < LEAST_VOXELS:
+            break
+        mine = label == which
+        out.append(_addition(len(out) + 1, middle[mine], int(counts[mine].sum()), ceilings, storeys, to_model))
+    return tuple(out)
+
+
+def _groups(keys: I64) -> I64:
+    """Number of the connected group of each voxel (k,), neighbours in all 26 directions."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    rows: list[I64] = []
+    cols: list[I64] = []
+    ahead = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
+    steps = [(x << 2 * BITS) + (y << BITS) + z for x, y, z in ahead]
+    for step in steps:
+        at = np.minimum(np.searchsorted(keys, keys + step), max(len(keys) - 1, 0))
+        hit = np.flatnonzero(keys[at] == keys + step) if len(keys) else np.zeros(0, np.int64)
+        rows.append(hit)
+        cols.append(at[hit])
+    i, j = np.concatenate(rows), np.concatenate(cols)
+    _, label = connected_components(coo_matrix((np.ones(len(i), bool), (i, j)), (len(keys), len(keys))), directed=False)
+    return label.astype(np.int64)
+
+
+def _addition(
+    number: int, middle: F64, points: int, ceilings: F64, storeys: Sequence[ModelStorey], to_model: F64
+) -> Addition:
+    plan = middle[:, :2] - middle[:, :2].mean(axis=0)
+    along = main_direction(plan)
+    sides = (plan @ along, plan @ [-along[1], along[0]], middle[:, 2])
+    length, width, height = (float(np.ptp(s)) + EDGE for s in sides)
+    guess = _guess(length, width, height, len(middle))
+    if guess in ("wall", "column") and not _reaches(middle, ceilings):
+        guess = "object"
+    own = middle @ to_model[:3, :3].T + to_model[:3, 3]
+    lower, upper = own.min(axis=0) - EDGE / 2, own.max(axis=0) + EDGE / 2
+    below = [s for s in storeys if s.elevation <= (lower[2] + upper[2]) / 2]
+    return Addition(
+        id=f"region-{number}",
+        guess=guess,
+        storey=below[-1].name if below else "",
+        lower=_vector(lower),
+        upper=_vector(upper),
+        points=points,
+        area=round(len(middle) * EDGE**2, 2),
+        sentence=f"{length:.1f} x {width:.1f} x {height:.1f} m that no element explains; it may be a {guess}.",
+    )
+
+
+def _reaches(middle: F64, ceilings: F64) -> bool:
+    """Whether the voxels end within 20 cm of a ceiling over them."""
+    low, high = middle.min(axis=0) - 0.2, middle.max(axis=0) + 0.2
+    over = (ceilings[:, :2] > low[:2]).all(axis=1) & (ceilings[:, :2] < high[:2]).all(axis=1)
+    return bool((np.abs(ceilings[over, 2] - high[2] + 0.2) < 0.2).any())
+
+
+def _guess(length: float, width: float, height: float, voxels: int) -> Literal["wall", "column", "slab", "object"]:
+    """By the box: a wall is tall, long and thin, a column tall and narrow, a slab level and thin."""
+    if height >= 1.8 and length >= 0.9 and width <= 0.45 and voxels >= 0.4 * length * height / EDGE**2:
+        return "wall"
+    if height >= 1.8 and width >= 0.1 and length <= 0.9:
+        return "column"
+    if height <= 0.3 and min(length, width) >= 1.2 and voxels >= 0.5 * length * width / EDGE**2:
+        return "slab"
+    return "object"
+
+
+def _vector(values: F64) -> tuple[float, float, float]:
+    return (round(float(values[0]), 3), round(float(values[1]), 3), round(float(values[2]), 3))

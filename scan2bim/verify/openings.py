@@ -1,0 +1,417 @@
+"""Doors and windows of the model beside what the scans show in their walls, and openings that only the scans show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.model.elements import Building, Door
+from scan2bim.model.queries import opening_corners, openings_of
+from scan2bim.verify.fits import weighted_quantile
+from scan2bim.verify.ifc_model import ModelElement
+from scan2bim.verify.patches import Gap
+from scan2bim.verify.result import Addition, ElementResult, OpeningResult, Status
+from scan2bim.verify.status import Surface
+from scan2bim.verify.visibility import BLOCKED, LOOKED_THROUGH, SAW, VISIBLE
+
+F64 = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Finding = Literal["matched", "moved", "resized", "missing", "walled_up", "unseen"]
+
+FLUSH = 0.006
+"""Metres from the wall's face within which a surface in an opening continues the wall: noise of a cell's mean and
+registration. Leaves and frames mostly lie deeper."""
+CLOSED_UP = 0.85
+"""Share of what was seen in an opening that continues the wall, on each side, from which on it is walled up."""
+SEEN = 0.30
+"""Share of an opening that must be seen on a side for that side to speak."""
+SIDEWAYS = 1.2
+"""Metres along the wall within which a detected opening is looked for."""
+PLANE = 0.35
+"""Metres across the wall within which a detected opening lies in the same wall."""
+ANGLE = 0.97
+"""Cosine of the angle between walls that count as one, 14 degrees."""
+MOVED = 0.05
+"""Metres that a detected opening's side must lie outside of the drawn one for it to count as moved: its sides are good
+to some 25 mm."""
+RESIZED = 0.16
+"""Metres that an opening may be narrower than drawn by frames and linings, or wider by trims, of both sides."""
+ALIKE = 0.3
+"""Share of a detected and a drawn opening's common area in both together, from which on they are one."""
+SAME_SIZE = 0.2
+"""Difference in width and height, of the drawn ones, up to which openings beside each other are one that was moved."""
+JAMB = 0.03
+"""Square metres of a jamb that must be measured for its place to be told to millimetres."""
+SURE = 0.6
+"""Confidence from which on a detected opening counts as seen."""
+OPEN = 0.5
+"""Share of a detected opening's place in a drawn wall that shows no wall, for the opening to be an addition."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detected:
+    """An opening of the building that the scans show: middle (3,) local metres, direction (2,), sizes, and its fill."""
+
+    identifier: str
+    kind: Literal["door", "window", "passage"]
+    middle: F64
+    along: F64
+    width: float
+    height: float
+    confidence: float
+    state: Literal["open", "ajar", "closed", "unknown"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Side:
+    """What one side of an opening shows, as shares of its seen area: flush with the wall, deeper, through.
+
+    seen, blocked and visible are shares of its area.
+    """
+
+    flush: float
+    deeper: float
+    through: float
+    seen: float
+    blocked: float
+    visible: float
+
+
+def detected_openings(building: Building | None) -> tuple[Detected, ...]:
+    """All openings of the building in its local frame."""
+    if building is None:
+        return ()
+    out: list[Detected] = []
+    for hosted in openings_of(building):
+        corners = np.array(opening_corners(hosted.wall, hosted.opening))
+        edge = corners[1, :2] - corners[0, :2]
+        length = max(float(np.linalg.norm(edge)), 1e-6)
+        fill = hosted.opening.fill
+        kind = "passage" if fill is None else fill.kind
+        state = fill.state if isinstance(fill, Door) else "unknown"
+        sure = (fill or hosted.opening).confidence
+        middle, height = corners.mean(axis=0), float(np.ptp(corners[:, 2]))
+        identifier = (fill or hosted.opening).id
+        out.append(Detected(identifier, kind, middle, edge / length, length, height, sure, state))
+    return tuple(out)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpeningContext:
+    """All that openings are judged by: the surface, where each element's cells are (``cells_of``), the placed gaps with
+    the places of their patches, and the detected openings.
+    """
+
+    surface: Surface
+    order: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    gaps: tuple[Gap, ...]
+    patches: tuple[int, ...]
+    hosts: tuple[int, ...]
+    detected: tuple[Detected, ...]
+
+    def cells_of(self, element: int) -> NDArray[np.int64]:
+        """Numbers of an element's cells."""
+        return self.order[self.ends[element] : self.ends[element + 1]]
+
+
+def judge_openings(
+    context: OpeningContext, elements: Sequence[ModelElement], tolerances: Sequence[float]
+) -> tuple[list[ElementResult], set[int]]:
+    """Results of the doors and windows, and which detected openings they are."""
+    pairs = _pairs(context)
+    place = {e.guid: i for i, e in enumerate(elements)}
+    gap_of = {g.fill.guid: n for n, g in enumerate(context.gaps) if g.fill is not None}
+    results: list[ElementResult] = []
+    for element in elements:
+        if element.role != "fill":
+            continue
+        tolerance = tolerances[place[element.guid]]
+        number = gap_of.get(element.guid)
+        if number is None:
+            results.append(_result(element, tolerance, "not_applicable", "It stands in no opening of a wall.", None))
+            continue
+        found = context.detected[pairs[number]] if number in pairs else None
+        results.append(_judge(context, number, element, tolerance, found))
+    return results, set(pairs.values())
+
+
+def _pairs(context: OpeningContext) -> dict[int, int]:
+    """The detected opening of each gap: nearest first, each once."""
+    costs: list[tuple[float, int, int]] = []
+    for g, gap in enumerate(context.gaps):
+        for d, found in enumerate(context.detected):
+            offset = found.middle[:2] - gap.middle[:2]
+            away = abs(float(offset @ gap.across))
+            if away < PLANE and abs(float(found.along @ gap.along)) > ANGLE and _is_one(gap, found):
+                sideways, up = float(offset @ gap.along), float(found.middle[2] - gap.middle[2])
+                costs.append((abs(sideways) + abs(up) + 0.3 * abs(found.width - gap.width), g, d))
+    pairs: dict[int, int] = {}
+    for _, g, d in sorted(costs):
+        if g not in pairs and d not in pairs.values():
+            pairs[g] = d
+    return pairs
+
+
+def _is_one(gap: Gap, found: Detected) -> bool:
+    """Whether both may be the same opening: over each other, or of one size and not far apart."""
+    sideways = abs(float((found.middle[:2] - gap.middle[:2]) @ gap.along))
+    up = abs(float(found.middle[2] - gap.middle[2]))
+    common = max(0.0, min(gap.width, found.width, (gap.width + found.width) / 2 - sideways))
+    common *= max(0.0, min(gap.height, found.height, (gap.height + found.height) / 2 - up))
+    alike = common / (gap.width * gap.height + found.width * found.height - common)
+    same = (
+        abs(found.width - gap.width) < SAME_SIZE * gap.width
+        and abs(found.height - gap.height) < SAME_SIZE * gap.height
+        and sideways < SIDEWAYS
+        and up < 0.3
+    )
+    return alike > ALIKE or same
+
+
+def _judge(
+    context: OpeningContext, number: int, element: ModelElement, tolerance: float, found: Detected | None
+) -> ElementResult:
+    gap = context.gaps[number]
+    sides = _sides(context, number)
+    jambs = _jambs(context, number)
+    limit = tolerance
+    if jambs is None and found is not None:
+        offset = float((found.middle[:2] - gap.middle[:2]) @ gap.along)
+        narrower = (gap.width - found.width) / 2
+        jambs, limit = _confirmed(context, number, (narrower + offset, narrower - offset)), max(MOVED, tolerance)
+    shift, width = _change(jambs, limit)
+    finding = _finding([side for side in sides if side.seen >= SEEN], found, shift, width, element)
+    told = finding in ("moved", "resized", "matched")
+    up = None if found is None else float(found.middle[2] - found.height / 2 - (gap.middle[2] - gap.height / 2))
+    opening = OpeningResult(
+        finding=finding,
+        host=gap.host,
+        shift_along=None if shift is None or not told else round(shift, 4),
+        shift_up=None if up is None or not told else round(up, 4),
+        width_change=None if width is None or not told else round(width, 4),
+        height_change=None if found is None or not told else round(found.height - gap.height, 4),
+        built_state=_state(found),
+    )
+    status, reason = _status(opening, sides)
+    return _result(element, tolerance, status, reason, opening)
+
+
+def _confirmed(context: OpeningContext, number: int, jambs: tuple[float, float]) -> tuple[float, float]:
+    """Detected jambs, those put back onto the drawn ones that the wall between both does not bear out: outside of the
+    drawn jamb it must be gone, inside it must have been built.
+    """
+    surface, gap = context.surface, context.gaps[number]
+    wall = context.cells_of(context.hosts[number])
+    wall = wall[np.abs(surface.table.normal[surface.table.cell_face[wall]][:, :2] @ gap.across) > ANGLE]
+    patch = context.cells_of(context.patches[number])
+    out: list[float] = []
+    for sign, inside in zip((1.0, -1.0), jambs, strict=True):
+        cells = wall if inside < 0 else patch
+        offset = surface.table.centres(cells) - gap.middle
+        beyond = -sign * (offset[:, :2] @ gap.along) - gap.width / 2
+        between = (beyond > min(0.0, -inside)) & (beyond < max(0.0, -inside))
+        side = _side(surface, cells[between & (np.abs(offset[:, 2]) < gap.height / 2)])
+        borne = side.deeper + side.through if inside < 0 else side.flush
+        out.append(inside if borne > OPEN else 0.0)
+    return out[0], out[1]
+
+
+def _change(jambs: tuple[float, float] | None, limit: float) -> tuple[float | None, float | None]:
+    """Shift along the wall and change of width from how far the jambs lie inside of the drawn ones.
+
+    A frame or lining before a jamb brings it in, nothing brings it out: a side that lies outside of the drawn one is
+    the wall's own. So an opening has moved by what one side lies outside, if the other lies inside.
+    """
+    if jambs is None:
+        return None, None
+    start, end = jambs
+    if start < -limit and end > 0:
+        return start, 0.0
+    if end < -limit and start > 0:
+        return -end, 0.0
+    if min(start, end) < -limit or start + end > RESIZED:
+        return (start - end) / 2, -(start + end)
+    return 0.0, 0.0
+
+
+def _finding(
+    speaking: Sequence[Side],
+    found: Detected | None,
+    shift: float | None,
+    width: float | None,
+    element: ModelElement,
+) -> Finding:
+    sure = found is not None and found.confidence >= SURE
+    if speaking and all(side.flush >= CLOSED_UP for side in speaking) and not sure:
+        # A closed leaf may be flush with one face of its wall, never with both.
+        both = len(speaking) > 1 or element.ifc_class != "IfcDoor"
+        return "walled_up" if both else "unseen"
+    if width:
+        return "resized"
+    if shift:
+        return "moved"
+    if found is not None or any(side.flush < CLOSED_UP for side in speaking):
+        return "matched"
+    return "unseen"
+
+
+def _sides(context: OpeningContext, number: int) -> list[Side]:
+    """Both sides of a gap's patch."""
+    surface = context.surface
+    cells = context.cells_of(context.patches[number])
+    face = surface.table.cell_face[cells]
+    return [_side(surface, cells[face == f]) for f in np.unique(face)]
+
+
+def _side(surface: Surface, cells: NDArray[np.int64]) -> Side:
+    bits = surface.bits[cells]
+    measured = surface.is_measured[cells]
+    offset = np.where(measured, surface.measured.mean[cells], 0.0)
+    flush = measured & (np.abs(offset) < FLUSH)
+    through = ~measured & ((bits & LOOKED_THROUGH) > 0)
+    saw = measured | through | ((bits & SAW) > 0)
+    total = max(len(cells), 1)
+    seen = max(int(saw.sum()), 1)
+    return Side(
+        flush=float(flush.sum()) / seen,
+        deeper=float((measured & (offset <= -FLUSH)).sum()) / seen,
+        through=float(through.sum()) / seen,
+        seen=float(saw.sum()) / total,
+        blocked=float((~saw & ((bits & BLOCKED) > 0)).sum()) / total,
+        visible=float((measured | ((bits & VISIBLE) > 0)).sum()) / total,
+    )
+
+
+def _jambs(context: OpeningContext, number: int) -> tuple[float, float] | None:
+    """Metres that the jambs at the start and the end (along the wall) lie inside of the drawn ones, None where not both
+    were measured.
+    """
+    surface, gap = context.surface, context.gaps[number]
+    cells = context.cells_of(context.hosts[number])
+    cells = cells[surface.reveal[cells] & surface.is_measured[cells]]
+    towards = surface.table.normal[surface.table.cell_face[cells]][:, :2] @ gap.along
+    offset = surface.table.centres(cells) - gap.middle
+    along = offset[:, :2] @ gap.along
+    level = np.abs(offset[:, 2]) < gap.height / 2
+    places: list[float] = []
+    for sign in (1.0, -1.0):
+        mine = level & (sign * towards > 0.9) & (np.abs(along + sign * gap.width / 2) < 0.05)
+        area = surface.table.cell_area[cells[mine]]
+        if area.sum() < JAMB:
+            return None
+        places.append(weighted_quantile(surface.measured.mean[cells[mine]], area, 0.5))
+    return places[0], places[1]
+
+
+def _state(found: Detected | None) -> Literal["open", "ajar", "closed", "unknown"]:
+    return found.state if found is not None else "unknown"
+
+
+def _status(opening: OpeningResult, sides: Sequence[Side]) -> tuple[Status, str]:
+    match opening.finding:
+        case "walled_up":
+            return "missing", "The wall's surface goes on where the opening is drawn."
+        case "moved":
+            return "out_of_tolerance", f"It was built {1000 * abs(opening.shift_along or 0):.0f} mm aside."
+        case "resized":
+            return "out_of_tolerance", f"It was built {1000 * (opening.width_change or 0):+.0f} mm wider than drawn."
+        case "matched":
+            return "in_tolerance", "The scans show it where it is drawn."
+        case _:
+            blocked = max((side.blocked for side in sides), default=0.0)
+            if blocked > 0.3:
+                return "occluded", f"Something stood before {100 * blocked:.0f} % of it."
+            return "not_enough_data", "Too little of it was seen."
+
+
+def _result(
+    element: ModelElement, tolerance: float, status: Status, reason: str, opening: OpeningResult | None
+) -> ElementResult:
+    return ElementResult(
+        guid=element.guid,
+        ifc_class=element.ifc_class,
+        name=element.name,
+        storey=element.storey,
+        status=status,
+        reason=reason,
+        tolerance=tolerance,
+        opening=opening,
+    )
+
+
+def added_openings(
+    context: OpeningContext, elements: Sequence[ModelElement], matched: set[int], to_model: F64
+) -> list[Addition]:
+    """Detected openings in walls that are drawn without them."""
+    surface = context.surface
+    walls = [i for i, e in enumerate(elements) if e.role == "compared" and "Wall" in e.ifc_class]
+    out: list[Addition] = []
+    for number, found in enumerate(context.detected):
+        if number in matched or found.confidence < SURE:
+            continue
+        gone, seen, host = 0.0, 0.0, ""
+        for wall in walls:
+            cells = context.cells_of(wall)
+            cells = cells[_under(surface, cells, found)]
+            if not len(cells):
+                continue
+            measured = surface.is_measured[cells]
+            off = measured & (np.abs(np.where(measured, surface.measured.mean[cells], 0.0)) > 2 * FLUSH)
+            through = ~measured & ((surface.bits[cells] & LOOKED_THROUGH) > 0)
+            area = surface.table.cell_area[cells]
+            gone += float(area[off | through].sum())
+            seen += float(area[measured | through].sum())
+            host = elements[wall].name
+        if seen > 0.3 and gone > OPEN * seen:
+            out.append(_addition(found, host, len(out), gone, to_model))
+    return out
+
+
+def _under(surface: Surface, cells: NDArray[np.int64], found: Detected) -> Mask:
+    """Which cells lie in a detected opening's rectangle."""
+    offset = surface.table.centres(cells) - found.middle
+    normal = surface.table.normal[surface.table.cell_face[cells]]
+    across = np.array([-found.along[1], found.along[0]])
+    return (
+        (np.abs(offset[:, :2] @ found.along) < found.width / 2)
+        & (np.abs(offset[:, 2]) < found.height / 2)
+        & (np.abs(offset[:, :2] @ across) < PLANE)
+        & (np.abs(normal[:, :2] @ across) > ANGLE)
+    )
+
+
+def _addition(found: Detected, host: str, number: int, area: float, to_model: F64) -> Addition:
+    half = np.array([*(np.abs(found.along) * found.width / 2 + 0.1), found.height / 2])
+    middle = to_model[:3, :3] @ found.middle + to_model[:3, 3]
+    reach = np.abs(to_model[:3, :3]) @ half
+    size = f"{found.width:.2f} x {found.height:.2f} m"
+    words = f"A {found.kind} of {size} in {host or 'a wall'}, which is drawn without it."
+    return Addition(
+        id=f"opening-{number + 1}",
+        guess=found.kind,
+        storey="",
+        lower=_vector(middle - reach),
+        upper=_vector(middle + reach),
+        points=0,
+        area=round(area, 3),
+        sentence=words,
+    )
+
+
+def _vector(values: F64) -> tuple[float, float, float]:
+    return (round(float(values[0]), 3), round(float(values[1]), 3), round(float(values[2]), 3))
+
+
+def placed_gap(gap: Gap, matrix: F64, anchor: F64) -> Gap:
+    """In the local frame, by the placing of the anchored model."""
+    middle = matrix[:3, :3] @ (gap.middle - anchor) + matrix[:3, 3]
+    along = matrix[:2, :2] @ gap.along
+    return Gap(
+        gap.guid, gap.host, gap.fill, middle, along / math.hypot(*along), gap.width, gap.height, gap.low, gap.high
+    )

@@ -1,0 +1,63 @@
+"""Pictures of deviations: a map of an element's largest faces, as PNG."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.verify.status import Surface
+
+U8 = NDArray[np.uint8]
+
+WIDTH, HEIGHT = 420, 300
+FACES = 2
+"""Faces of an element that are drawn: both sides of a wall."""
+UNSEEN = (225, 225, 225)
+GAP = 8
+ENLARGED = 3
+"""Most pixels of a cell and axis: programs that show the pictures enlarge them further."""
+
+
+def deviation_colours(deviation: NDArray[np.float64], tolerance: float) -> U8:
+    """Colours (k, 3), sRGB: green at none, yellow at the tolerance, red (proud) or blue (behind) at three times it."""
+    away = np.clip(np.abs(deviation) / tolerance, 0, 3)
+    green, yellow = np.array([38, 152, 80]), np.array([253, 219, 90])
+    far = np.where(deviation[:, None] > 0, np.array([[200, 30, 30]]), np.array([[40, 60, 190]]))
+    low = green + np.clip(away, 0, 1)[:, None] * (yellow - green)
+    high = yellow + np.clip((away - 1) / 2, 0, 1)[:, None] * (far - yellow)
+    return np.where(away[:, None] <= 1, low, high).astype(np.uint8)
+
+
+def deviation_map(surface: Surface, cells: NDArray[np.int64], tolerance: float) -> bytes | None:
+    """A picture of an element's faces with most measured cells; None where none was measured."""
+    table = surface.table
+    measured = surface.is_measured[cells]
+    face = table.cell_face[cells]
+    if not measured.any():
+        return None
+    count = np.bincount(face[measured])
+    shown = [int(f) for f in np.argsort(-count)[:FACES] if count[f] >= 4]
+    panels = [_panel(surface, cells[face == f], f, tolerance) for f in shown]
+    if not panels:
+        return None
+    width = max(p.shape[1] for p in panels)
+    padded = [np.pad(p, ((0, GAP), (0, width - p.shape[1]), (0, 0)), constant_values=255) for p in panels]
+    image = np.concatenate(padded)[:-GAP]
+    return cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]), (cv2.IMWRITE_PNG_COMPRESSION, 9))[1].tobytes()
+
+
+def _panel(surface: Surface, cells: NDArray[np.int64], face: int, tolerance: float) -> U8:
+    table = surface.table
+    nu, nv = (int(n) for n in table.shape[face])
+    image = np.full((nv, nu, 3), 255, np.uint8)
+    at = table.cell_at[cells]
+    colours = np.tile(np.array(UNSEEN, np.uint8), (len(cells), 1))
+    measured = surface.is_measured[cells]
+    colours[measured] = deviation_colours(surface.measured.mean[cells][measured], tolerance)
+    image[nv - 1 - at[:, 1], at[:, 0]] = colours
+    scale = min(WIDTH / nu, HEIGHT / nv)
+    if scale >= 1:
+        return image.repeat(int(scale), axis=0).repeat(int(scale), axis=1) if int(scale) <= ENLARGED else image
+    size = (max(1, round(nu * scale)), max(1, round(nv * scale)))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
