@@ -106,7 +106,8 @@ def make_faces(elements: Sequence[ModelElement], anchor: F64) -> FaceTable:
     for number, element in enumerate(elements):
         if element.role != "opening" and not (element.role == "fill" and element.host in patched):
             groups += _planes(number, element, anchor)
-    area = sum(float(_areas(g.corners).sum()) for g in groups)
+    corners = np.concatenate([g.corners for g in groups]) if groups else np.zeros((0, 3, 3))
+    area = float(np.linalg.norm(_crossed(corners), axis=1).sum()) / 2
     return _table(groups, max(CELL, math.sqrt(area / MOST_CELLS)))
 
 
@@ -146,7 +147,7 @@ def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
     triangles, kept, closed = oriented(element.vertices, element.triangles)
     glass = element.glass[kept]
     corners = element.vertices[triangles] - anchor
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = _crossed(corners)
     length = np.linalg.norm(cross, axis=1)
     solid = length > 1e-9
     corners, glass, length = corners[solid], glass[solid], length[solid]
@@ -167,8 +168,16 @@ def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
     return out
 
 
-def _areas(corners: F64) -> F64:
-    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+def _crossed(corners: F64) -> F64:
+    """Cross products (t, 3) of two edges of triangles (t, 3, 3): normals as long as twice their areas."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.column_stack(
+        [
+            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
+            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
+            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
+        ]
+    )
 
 
 def _axes(normal: F64, corners: F64) -> tuple[F64, F64]:
@@ -179,8 +188,9 @@ def _axes(normal: F64, corners: F64) -> tuple[F64, F64]:
         edges = (corners - np.roll(corners, 1, axis=1)).reshape(-1, 3)
         u = edges[np.argmax(np.linalg.norm(edges, axis=1))]
         u = u - (u @ normal) * normal
-    u = u / np.linalg.norm(u)
-    return u, np.cross(normal, u)
+    u = u / math.sqrt(float(u @ u))
+    (a, b, c), (x, y, z) = normal.tolist(), u.tolist()
+    return u, np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def _table(groups: Sequence[_Group], largest: float) -> FaceTable:
