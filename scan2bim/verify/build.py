@@ -14,17 +14,13 @@ from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary, load_panoramas
 from scan2bim.config import VerifySettings
 from scan2bim.model.elements import Building
+from scan2bim.verify.added import added_openings
 from scan2bim.verify.additions import Unexplained, find_additions
 from scan2bim.verify.compare import compare_points
+from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
-from scan2bim.verify.openings import (
-    OpeningContext,
-    added_openings,
-    detected_openings,
-    judge_openings,
-    placed_gap,
-)
+from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
 from scan2bim.verify.patches import Gap, find_gaps, main_direction, with_patches
 from scan2bim.verify.place import Placement, place_model
 from scan2bim.verify.result import ElementResult, Report
