@@ -18,6 +18,11 @@ from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_
 
 SOFFIT = 13
 """Pixels: a strip narrower than 65 cm that hangs lower than what is beside it is no ceiling of its own."""
+DROP = 0.12
+"""Metres that such a strip hangs lower where there is ceiling on both sides of it."""
+STEP = 0.06
+"""Metres that it hangs lower where the ceiling ends beyond it: the lintel of a window that nearly reaches the ceiling.
+"""
 SMALLEST_CEILING = 7
 """Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
 LOWEST_CEILING = 0.5
@@ -85,11 +90,33 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
 
 
 def _soffits(height: F32) -> NDArray[np.bool_]:
-    """Narrow strips that hang lower than the ceiling on both sides of them: lintels over doors and windows, beams."""
-    filled = np.where(np.isfinite(height), height, np.float32(-1e3))
+    """Narrow flat strips that hang lower than the ceiling beside them, on both sides or up to where the ceiling ends:
+    lintels over doors and in window reveals, beams, boxed pipes.
+    """
     kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
-    closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, kernel)
-    return np.isfinite(height) & (closed - filled > 0.12) & (closed > -500)
+    known = np.isfinite(height)
+    between = cv2.morphologyEx(np.where(known, height, np.float32(-1e3)), cv2.MORPH_CLOSE, kernel)
+    beside = cv2.morphologyEx(np.where(known, height, np.float32(1e3)), cv2.MORPH_CLOSE, kernel)
+    both_sides = (between - height > DROP) & (between > -500)
+    one_side = (beside - height > STEP) & (beside < 500) & ~_sloping(height)
+    return known & (both_sides | one_side)
+
+
+def _sloping(height: F32) -> NDArray[np.bool_]:
+    """Pixels on or near ceilings that rise steadily; steps do not count."""
+    rise = np.maximum(np.abs(_rise(height, 0)), np.abs(_rise(height, 1)))
+    steady = opened(closed((rise > 0.2).astype(np.uint8), 3), 9)
+    return cv2.dilate(steady, np.ones((SOFFIT, SOFFIT), np.uint8)) > 0
+
+
+def _rise(height: F32, axis: int) -> F32:
+    """Slope of heights along an axis over 20 cm, nan where not known."""
+    rise = np.full(height.shape, np.nan, np.float32)
+    if axis:
+        rise[:, 2:-2] = (height[:, 4:] - height[:, :-4]) / (4 * PLAN)
+    else:
+        rise[2:-2] = (height[4:] - height[:-4]) / (4 * PLAN)
+    return rise
 
 
 def _facing(columns: Columns, floor: U8, ceiling_z: F32) -> Columns:
@@ -136,10 +163,7 @@ def _sloped(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: 
     """
     height = np.full(shape, np.nan, np.float32)
     height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
-    rise = np.full((2, *shape), np.nan, np.float32)
-    rise[0, :, 2:-2] = (height[:, 4:] - height[:, :-4]) / (4 * PLAN)
-    rise[1, 2:-2] = (height[4:] - height[:-4]) / (4 * PLAN)
-    slope = np.hypot(rise[0], rise[1])
+    slope = np.hypot(_rise(height, 0), _rise(height, 1))
     sloped = np.zeros(len(z), bool)
     at = slope[pixel[hollow, 1], pixel[hollow, 0]]
     sloped[hollow] = (at > 0.27) & (at < 2.7)
@@ -157,8 +181,10 @@ def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[
     height = np.full(shape, np.nan, np.float32)
     order = np.argsort(-z, kind="stable")
     height[pixel[order, 1], pixel[order, 0]] = z[order]
-    height[_soffits(height)] = np.nan
-    mask = opened(closed(np.isfinite(height).astype(np.uint8), 5), SMALLEST_CEILING)
+    mask = closed(np.isfinite(height).astype(np.uint8), 5)
+    if mask.any():
+        mask[_soffits(np.where(mask > 0, height.ravel()[nearest_of(np.isfinite(height))], np.float32(np.nan)))] = 0
+    mask = opened(mask, SMALLEST_CEILING)
     height[mask == 0] = np.nan
     return mask, height
 
