@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
 
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
@@ -64,11 +65,12 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     rooms: list[Rooms] = []
     for number, level in enumerate(levels):
         low, high = level.floor - DEEPEST, level.top + 0.2
+        near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
         plan = plan_of(level, scene.surfels, layers.between(scene.surfels, low, high), scene.stations)
         found = find_faces(plan)
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
-        rooms.append(_rooms(plan, found, panes, scene))
+        rooms.append(_rooms(plan, found, panes, near))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -101,8 +103,9 @@ class Rooms:
     evidence: FaceEvidence
 
 
-def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], scene: Scene) -> Rooms:
-    split = [split_at_portals(p) for p in find_spaces(plan, [*walls, *panes], list(scene.panoramas.values()))]
+def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], panoramas: Sequence[Panorama]) -> Rooms:
+    spaces, lintels = find_spaces(plan, [*walls, *panes], panoramas)
+    split = [split_at_portals(p) for p in spaces]
     polygons = [part for parts, _ in split for part in parts]
     return Rooms(
         plan.levels,
@@ -110,7 +113,7 @@ def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], scene: Scen
         tuple(_space(p, plan) for p in polygons),
         [cut for _, cuts in split for cut in cuts],
         [LineString(f.ends()) for f in panes],
-        FaceEvidence(plan.columns),
+        FaceEvidence(plan.columns, [LineString(f.ends()) for f in lintels]),
     )
 
 

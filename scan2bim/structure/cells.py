@@ -18,10 +18,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 from shapely.geometry import Polygon
 
-from scan2bim.cloud.panorama import Panorama, seen_through
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, main_direction, without_recesses
+from scan2bim.structure.free_space import looked_through
+from scan2bim.structure.fronts import glazing_under_lintels, lintels_before, without_reveals
 from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
@@ -58,8 +60,8 @@ sampling left, and through which nobody walks.
 """
 SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
-FREE_REACH = 20.0
-"""Stations farther than this, metres, are not asked for free space: their cells are wider than a wall there."""
+UNDER_CEILING = 0.2
+"""Distance, metres, from the ceiling at which free space is asked for: above doors and windows."""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -79,14 +81,20 @@ class Cells:
     evidence: F64
 
 
-def find_spaces(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]) -> tuple[Polygon, ...]:
-    """Inner outlines of the storey's spaces, largest first."""
+def find_spaces(
+    plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]
+) -> tuple[tuple[Polygon, ...], tuple[Face, ...]]:
+    """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
     if not faces:
-        return ()
+        return (), ()
+    glazing = glazing_under_lintels(plan, faces, panoramas)
+    kept = [f for f in faces if not any(f is g for g in glazing)]
+    plan = without_reveals(plan, glazing)
     score = space_evidence(plan, panoramas)
-    cells = cut_cells(plan, [*faces, *edge_faces(plan, faces, score)], score)
+    edges = lintels_before(edge_faces(plan, kept, score), glazing, kept)
+    cells = cut_cells(plan, [*kept, *edges], score)
     inside = label_cells(cells)
-    return _merge_spaces(cells, inside)
+    return _merge_spaces(cells, inside), tuple(e for e in edges if e.lintel)
 
 
 def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.float32]:
@@ -94,7 +102,8 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
     ceiling, floor = plan.ceiling > 0, plan.floor > 0
     roofed = ceiling.sum() > 0.3 * floor.sum()
     score = np.full(floor.shape, NOTHING, np.float32)
-    score[_free_above(plan, panoramas)] = FREE if roofed else 0.4
+    height = (plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top) - UNDER_CEILING
+    score[looked_through(plan.origin, floor.shape, panoramas, height)] = FREE if roofed else 0.4
     if roofed:
         score[floor & (score < 0)] = 0.1
         score[ceiling] = 1.0
@@ -143,7 +152,8 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
         t = np.sort(along[on])
         for run in np.split(t, np.flatnonzero(np.diff(t) > 0.6) + 1):
             if run[-1] - run[0] > LONGEST_BARE:
-                centre = normal * float(np.median(off[on])) + direction * 0.0
+                mine = on & (along >= run[0]) & (along <= run[-1])
+                centre = normal * _outermost(off[mine], along[mine])
                 found.append(
                     Face(centre, normal, float(run[0]), float(run[-1]), np.zeros(0, np.int64), PLAN, 0.0, False)
                 )
@@ -153,25 +163,11 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
     return found
 
 
-def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
-    """Pixels through which a station looked just below the ceiling, above doors and windows: sampled every 10 cm."""
-    rows, cols = plan.floor.shape
-    ceiling = plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top
-    height = ceiling - 0.2
-    free = np.zeros(((rows + 1) // 2, (cols + 1) // 2), np.uint8)
-    for panorama in panoramas:
-        if not plan.levels.floor - 0.5 < panorama.position[2] < plan.levels.top + 0.5:
-            continue
-        middle = (panorama.position[:2] - plan.origin) / (2 * PLAN)
-        low = np.clip(np.floor(middle - FREE_REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
-        high = np.clip(np.ceil(middle + FREE_REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
-        y, x = np.mgrid[low[1] : high[1], low[0] : high[0]]
-        points = np.empty((x.size, 3), np.float32)
-        points[:, 0], points[:, 1] = x.ravel() * 2 * PLAN + plan.origin[0], y.ravel() * 2 * PLAN + plan.origin[1]
-        points[:, 2] = height
-        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(0.1))
-        free[low[1] : high[1], low[0] : high[0]] |= (said == 1).reshape(x.shape)
-    return cv2.resize(free, (free.shape[1] * 2, free.shape[0] * 2), interpolation=cv2.INTER_NEAREST)[:rows, :cols] > 0
+def _outermost(off: F64, along: F64) -> float:
+    """Where a band of points ends: the median over 10 cm steps of the least offset of each."""
+    step = np.floor(along / 0.1).astype(np.int64)
+    order = np.lexsort((off, step))
+    return float(np.median(off[order][np.unique(step[order], return_index=True)[1]]))
 
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
@@ -293,6 +289,8 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
 def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
     """1 or 0 per 5 cm step along the face, and where the first step starts; gaps up to 25 cm count as seen."""
     start = face.low - 0.1
+    if face.lintel:
+        return np.ones(int(np.ceil((face.high + 0.1 - start) / PLAN))), start
     if len(face.columns) == 0:
         return np.zeros(1), start
     along = (plan.columns.xy[face.columns] - face.centre) @ face.direction

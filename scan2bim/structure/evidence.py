@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.geometry import LineString
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.plan_index import PlanIndex
@@ -15,10 +19,11 @@ F64 = NDArray[np.float64]
 
 
 class FaceEvidence:
-    """Finds the columns on walls' faces."""
+    """Finds the columns on walls' faces. ``lintels`` are faces known without columns: those of window fronts."""
 
-    def __init__(self, columns: Columns) -> None:
+    def __init__(self, columns: Columns, lintels: Sequence[LineString] = ()) -> None:
         self.columns = columns
+        self._lintels = lintels
         self._index = PlanIndex(columns.xy)
 
     def on_faces(self, axis: Axis) -> tuple[NDArray[np.int64], F64, F64]:
@@ -38,7 +43,15 @@ class FaceEvidence:
         return np.concatenate(numbers), np.concatenate(places), np.concatenate(distances)
 
     def seen_share(self, axis: Axis) -> float:
-        """Share of the length of a wall's faces on which something stands upright, 0-1."""
+        """Share of the length of a wall's faces on which something stands upright or a lintel hangs, 0-1."""
         _, along, _ = self.on_faces(axis)
         steps = len(np.unique(np.floor(along / PLAN)))
-        return min(1.0, steps * PLAN / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
+        hung = _share_along(np.array([axis.start, axis.end]) + axis.inset, self._lintels)
+        return min(1.0, hung + steps * PLAN / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
+
+
+def _share_along(ends: F64, lines: Sequence[LineString]) -> float:
+    """Share of a line (2, 2) that runs along one of ``lines``."""
+    line = LineString(ends)
+    covered = shapely.union_all([shapely.buffer(other, 0.02, cap_style="flat") for other in lines])
+    return float(line.intersection(covered).length / max(line.length, 1e-9))

@@ -41,7 +41,8 @@ class Face:
     """One visible wall side in plan. ``centre`` (2,), ``normal`` (2,) unit, towards the air in front; ``low`` and
     ``high`` its extent along the direction (``normal`` turned by -90 degrees: with the air on the left when walking
     along it); ``columns`` indices into the plan's columns; ``rms`` metres; ``tall`` metres of its length that reach the
-    ceiling zone; ``sided`` whether stations tell on which side the air is.
+    ceiling zone; ``sided`` whether stations tell on which side the air is; ``glass`` a front of panes; ``lintel`` known
+    from where the ceiling ends before glazing, not from columns.
     """
 
     centre: F64
@@ -53,6 +54,7 @@ class Face:
     tall: float
     sided: bool
     glass: bool = False
+    lintel: bool = False
 
     @property
     def direction(self) -> F64:

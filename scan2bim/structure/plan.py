@@ -41,6 +41,7 @@ class Plan:
     """Rasters (rows along y, columns along x) of a storey, on ``grid``.
 
     ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none;
+    ``soffit`` uint8 mask of narrow strips at its rim that hang lower: lintels, alcoves;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
     surfaces.
     """
@@ -50,6 +51,7 @@ class Plan:
     floor: U8
     ceiling: U8
     ceiling_z: F32
+    soffit: U8
     void: U8
     columns: Columns
 
@@ -73,10 +75,10 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     hollow = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z < levels.top - 0.02)
     hollow &= z > levels.floor + LOWEST_CEILING
     overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
-    ceiling, ceiling_z = _ceiling(pixel[overhead], z[overhead], shape)
+    floor = _mask(pixel[on_floor], shape)
+    ceiling, ceiling_z, soffit = _ceiling(pixel[overhead], z[overhead], shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
-    floor = _mask(pixel[on_floor], shape)
     deep = (
         standing
         & ~(eye < levels.floor)
@@ -86,12 +88,12 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     )
     columns = gather_columns(surfels, layers, grid, stations)
     void = _void(floor, _mask(pixel[deep], shape))
-    return Plan(levels, grid, floor, ceiling, ceiling_z, void, _facing(columns, floor, ceiling_z))
+    return Plan(levels, grid, floor, ceiling, ceiling_z, soffit, void, _facing(columns, floor, ceiling_z))
 
 
-def _soffits(height: F32) -> NDArray[np.bool_]:
-    """Narrow flat strips that hang lower than the ceiling beside them, on both sides or up to where the ceiling ends:
-    lintels over doors and in window reveals, beams, boxed pipes.
+def _soffits(height: F32) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Narrow strips that hang lower than the ceiling: on both sides of them, as lintels over doors and beams do; and
+    beside them, where the ceiling ends beyond them, as lintels in window reveals do, and low ceilings of alcoves.
     """
     kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
     known = np.isfinite(height)
@@ -99,7 +101,7 @@ def _soffits(height: F32) -> NDArray[np.bool_]:
     beside = cv2.morphologyEx(np.where(known, height, np.float32(1e3)), cv2.MORPH_CLOSE, kernel)
     both_sides = (between - height > DROP) & (between > -500)
     one_side = (beside - height > STEP) & (beside < 500) & ~_sloping(height)
-    return known & (both_sides | one_side)
+    return known & both_sides, known & one_side
 
 
 def _sloping(height: F32) -> NDArray[np.bool_]:
@@ -176,17 +178,23 @@ def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
     return mask
 
 
-def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[U8, F32]:
-    """Mask of ceiling patches large enough to be one, holes closed, and the lowest ceiling height over each pixel."""
+def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[U8, F32, U8]:
+    """Mask of ceiling patches large enough to be one, holes closed, the lowest ceiling height over each pixel, and the
+    mask of strips at its rim that hang lower.
+    """
     height = np.full(shape, np.nan, np.float32)
     order = np.argsort(-z, kind="stable")
     height[pixel[order, 1], pixel[order, 0]] = z[order]
     mask = closed(np.isfinite(height).astype(np.uint8), 5)
+    rim = np.zeros(shape, np.uint8)
     if mask.any():
-        mask[_soffits(np.where(mask > 0, height.ravel()[nearest_of(np.isfinite(height))], np.float32(np.nan)))] = 0
+        filled = height.ravel()[nearest_of(np.isfinite(height))]
+        between, beside = _soffits(np.where(mask > 0, filled, np.float32(np.nan)))
+        mask[between] = 0
+        rim[beside] = 1
     mask = opened(mask, SMALLEST_CEILING)
     height[mask == 0] = np.nan
-    return mask, height
+    return mask, height, rim
 
 
 def _roof_near(ceiling_z: F32) -> F32:

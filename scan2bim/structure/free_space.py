@@ -1,0 +1,42 @@
+"""Where stations looked through: empty space, told from the panoramas on a horizontal slice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.cloud.panorama import Panorama, seen_through
+from scan2bim.cloud.surfels import PLAN
+
+REACH = 20.0
+"""Stations farther than this, metres, are not asked: their cells are wider than a wall there."""
+MARGIN = 0.1
+"""Metres beyond a point that a pulse must have flown to have gone through it."""
+
+
+def looked_through(
+    origin: NDArray[np.float64],
+    shape: tuple[int, ...],
+    panoramas: Sequence[Panorama],
+    height: float,
+    misses: bool = False,
+) -> NDArray[np.bool_]:
+    """Pixels (rows, columns) of PLAN metres that a station looked through at this ``height`` (z, metres), sampled every
+    10 cm. ``misses``: pulses that did not return went through, too.
+    """
+    rows, cols = shape
+    free = np.zeros(((rows + 1) // 2, (cols + 1) // 2), np.uint8)
+    for panorama in panoramas:
+        middle = (panorama.position[:2] - origin) / (2 * PLAN)
+        low = np.clip(np.floor(middle - REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
+        high = np.clip(np.ceil(middle + REACH / (2 * PLAN)), 0, free.shape[::-1]).astype(int)
+        y, x = np.mgrid[low[1] : high[1], low[0] : high[0]]
+        points = np.empty((x.size, 3), np.float32)
+        points[:, 0], points[:, 1] = x.ravel() * 2 * PLAN + origin[0], y.ravel() * 2 * PLAN + origin[1]
+        points[:, 2] = height
+        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(MARGIN), misses)
+        free[low[1] : high[1], low[0] : high[0]] |= (said == 1).reshape(x.shape)
+    return cv2.resize(free, (free.shape[1] * 2, free.shape[0] * 2), interpolation=cv2.INTER_NEAREST)[:rows, :cols] > 0
