@@ -23,7 +23,7 @@ from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, main_direction, without_recesses
 from scan2bim.structure.free_space import looked_through
-from scan2bim.structure.fronts import glazing_under_lintels, lintels_before, without_reveals
+from scan2bim.structure.fronts import window_fronts, without_strips
 from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
@@ -87,14 +87,15 @@ def find_spaces(
     """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
     if not faces:
         return (), ()
-    glazing = glazing_under_lintels(plan, faces, panoramas)
-    kept = [f for f in faces if not any(f is g for g in glazing)]
-    plan = without_reveals(plan, glazing)
+    bare = without_strips(plan)
+    ends = edge_faces(bare, (), space_evidence(bare, panoramas), main_direction(faces))
+    lintels, kept = window_fronts(plan, ends, faces, panoramas)
+    plan = without_strips(plan, lintels)
     score = space_evidence(plan, panoramas)
-    edges = lintels_before(edge_faces(plan, kept, score), glazing, kept)
+    edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score)
     inside = label_cells(cells)
-    return _merge_spaces(cells, inside), tuple(e for e in edges if e.lintel)
+    return _merge_spaces(cells, inside), tuple(lintels)
 
 
 def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.float32]:
@@ -113,11 +114,10 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
     return score
 
 
-def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> list[Face]:
-    """Lines along the building's main directions where the evidence for space ends and no wall face was seen: glass
+def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32], main: float) -> list[Face]:
+    """Lines along the building's ``main`` directions (radians) where the evidence for space ends and no wall face was seen: glass
     fronts, cupboard rows, stair wells. They only cut; nothing was seen on them.
     """
-    main = main_direction(list(faces))
     space = opened(closed((score > 0.5).astype(np.uint8), 9), 7)
     found: list[Face] = []
     for angle in (main, main + np.pi / 2):
@@ -126,7 +126,8 @@ def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) ->
         for sign in (1, -1):
             moved = np.roll(space, tuple(sign * shift[::-1]), (0, 1))
             row, col = np.nonzero((space > 0) & (moved == 0))
-            xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+            middle = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+            xy = np.where(np.isfinite(plan.ceiling_xy[row, col]), plan.ceiling_xy[row, col], middle)
             found += _edge_lines(xy, sign * normal, [*faces, *found])
     return without_recesses(found, faces)
 
@@ -164,10 +165,13 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
 
 
 def _outermost(off: F64, along: F64) -> float:
-    """Where a band of points ends: the median over 10 cm steps of the least offset of each."""
+    """Where a surface ends that was seen in a band of pixels: the median over 10 cm steps of the least offset of each.
+
+    The last pixel is on average half full, and the mean place of what was seen in it then a quarter pixel from the end.
+    """
     step = np.floor(along / 0.1).astype(np.int64)
     order = np.lexsort((off, step))
-    return float(np.median(off[order][np.unique(step[order], return_index=True)[1]]))
+    return float(np.median(off[order][np.unique(step[order], return_index=True)[1]])) - PLAN / 4
 
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:

@@ -118,7 +118,7 @@ def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]
     return kept
 
 
-def main_direction(faces: tuple[Face, ...] | list[Face]) -> float:
+def main_direction(faces: Sequence[Face]) -> float:
     """Angle (radians, 0 to pi/2) of the building's main wall direction, weighted by length; 0 without faces."""
     if not faces:
         return 0.0

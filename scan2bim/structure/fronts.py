@@ -8,62 +8,98 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, seen_through
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.raster import closed
 from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, Face
 from scan2bim.structure.plan import Plan
 
+SHORTEST = 0.6
+"""Length, metres, of the shortest front looked for."""
+BRIDGE = 13
+"""Pixels: gaps of less than 65 cm in a lintel are curtains and mullions."""
 LOOKED_THROUGH = 0.25
 """Share of a front's area that stations must have looked through: more than noise, less than curtains leave."""
-UNDERSIDE = 0.4
-"""Share of a front's length on which its lintel must have been seen from below."""
-BEYOND = 0.12
-"""Distance, metres, behind a front at which a pulse must still fly to have gone through it."""
-IN_LINE = 0.05
+IN_LINE = 0.08
 """Distance, metres, within which the end of the ceiling continues a wall's face: as well as a raster of 5 cm tells."""
+APART = 1.5
+"""Gap, metres, between two seen stretches of one lintel."""
 F64 = NDArray[np.float64]
 
 
-def glazing_under_lintels(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]) -> list[Face]:
-    """Those of ``faces`` that are glazing: before them hangs a lintel, and stations looked through them."""
-    return [f for f in faces if _before(f, plan).any(0).mean() > UNDERSIDE and _looked_through(f, plan, panoramas)]
+def window_fronts(
+    plan: Plan, edges: Sequence[Face], faces: Sequence[Face], panoramas: Sequence[Panorama]
+) -> tuple[list[Face], list[Face]]:
+    """Lintels of window fronts, and ``faces`` without the glazing behind them.
+
+    ``edges`` are lines where the ceiling proper ends, strips that hang lower left out. A lintel is in line with the
+    wall's face that it continues.
+    """
+    runs = [_in_line(run, faces) for edge in edges for run in _under_strips(edge, plan)]
+    lintels: list[Face] = []
+    for run in sorted(runs, key=lambda r: (r.rms, -r.length)):
+        run = _with_rest(run, runs)
+        if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
+            lintels.append(run)
+    glazing = [[f for f in faces if _stands_back(f, lintel)] for lintel in lintels]
+    kept = [f for f in faces if not any(f is g for behind in glazing for g in behind)]
+    return [_over(lintel, behind) for lintel, behind in zip(lintels, glazing, strict=True)], kept
 
 
-def without_reveals(plan: Plan, glazing: Sequence[Face]) -> Plan:
-    """The plan with no ceiling in the depth of the wall before ``glazing``."""
-    if not glazing:
-        return plan
-    reveal = np.zeros(plan.ceiling.shape, np.uint8)
-    for face in glazing:
-        pixel = _pixels(face, plan)[_before(face, plan)]
-        reveal[pixel[:, 1], pixel[:, 0]] = 1
-    reveal = cv2.dilate(reveal, np.ones((3, 3), np.uint8)) & (plan.soffit | (plan.ceiling == 0))
+def _with_rest(run: Face, runs: Sequence[Face]) -> Face:
+    """A stretch drawn on over others in its line: what hides a part of a ceiling's end does not end the lintel."""
+    for other in sorted(runs, key=lambda r: -r.length):
+        ends = other.ends() - run.centre
+        along = np.sort(ends @ run.direction)
+        apart = max(along[0] - run.high, run.low - along[1])
+        if other.normal @ run.normal > PARALLEL and np.abs(ends @ run.normal).max() < IN_LINE and apart < APART:
+            run = replace(run, low=min(run.low, float(along[0])), high=max(run.high, float(along[1])))
+    return run
+
+
+def _over(lintel: Face, glazing: Sequence[Face]) -> Face:
+    """A lintel as long as the glazing behind it."""
+    along = [float(t) for g in glazing for t in (g.ends() - lintel.centre) @ lintel.direction]
+    return replace(lintel, low=min([lintel.low, *along]), high=max([lintel.high, *along]))
+
+
+def without_strips(plan: Plan, before: Sequence[Face] | None = None) -> Plan:
+    """The plan without the ceiling's strips that hang lower: all, or those right behind the faces ``before``."""
+    strip = plan.soffit > 0
+    if before is not None:
+        near = np.zeros(strip.shape, bool)
+        for face in before:
+            pixel = _behind(face, plan)
+            near[pixel[..., 1], pixel[..., 0]] = True
+        strip &= near
     return replace(
         plan,
-        ceiling=np.where(reveal > 0, np.uint8(0), plan.ceiling),
-        ceiling_z=np.where(reveal > 0, np.float32(np.nan), plan.ceiling_z),
+        ceiling=np.where(strip, np.uint8(0), plan.ceiling),
+        ceiling_z=np.where(strip, np.float32(np.nan), plan.ceiling_z),
     )
 
 
-def lintels_before(edges: Sequence[Face], glazing: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
-    """``edges`` of the ceiling, those before ``glazing`` marked as lintels and moved into line with the ``walls`` that
-    they continue.
-    """
-    out: list[Face] = []
-    for edge in edges:
-        behind = [g for g in glazing if _stands_back(g, edge)]
-        if not behind:
-            out.append(edge)
-            continue
-        along = np.concatenate([(g.ends() - edge.centre) @ edge.direction for g in behind])
-        wide = replace(edge, low=min(edge.low, along.min()), high=max(edge.high, along.max()), lintel=True, sided=True)
-        out.append(_in_line(wide, walls))
-    return out
+def _under_strips(edge: Face, plan: Plan) -> list[Face]:
+    """Stretches of an edge behind which a strip of ceiling hangs lower."""
+    pixel = _behind(edge, plan)
+    hangs = plan.soffit[pixel[..., 1], pixel[..., 0]].any(0).astype(np.uint8)
+    hangs = closed(np.pad(hangs, BRIDGE)[None], BRIDGE, rows=1)[0]
+    ends = edge.low + (np.flatnonzero(np.diff(hangs)) + 1 - BRIDGE) * PLAN
+    runs = list(pairwise(ends))[::2]
+    return [replace(edge, low=a, high=b, lintel=True, sided=True) for a, b in runs if b - a >= SHORTEST]
+
+
+def _beside(run: Face, other: Face) -> bool:
+    """Whether two stretches are of one lintel."""
+    ends = run.ends() - other.centre
+    along = np.sort(ends @ other.direction)
+    near = run.normal @ other.normal > PARALLEL and np.abs(ends @ other.normal).max() < DEEPEST_RECESS / 2
+    return bool(near and min(along[1], other.high) > max(along[0], other.low))
 
 
 def _stands_back(face: Face, edge: Face) -> bool:
@@ -73,40 +109,38 @@ def _stands_back(face: Face, edge: Face) -> bool:
     ends = face.ends() - edge.centre
     behind, along = -(ends @ edge.normal), np.sort(ends @ edge.direction)
     overlap = min(along[1], edge.high) - max(along[0], edge.low)
-    return bool(behind.min() > 0.03 and behind.max() < DEEPEST_RECESS and overlap > 0.5 * face.length)
+    return bool(behind.min() > IN_LINE and behind.max() < DEEPEST_RECESS and overlap > 0.5 * face.length)
 
 
-def _pixels(face: Face, plan: Plan) -> NDArray[np.int64]:
-    """Pixels (depth, along, 2) before a face, to the depth of a wall, every 5 cm."""
+def _behind(face: Face, plan: Plan) -> NDArray[np.int64]:
+    """Pixels (depth, along, 2) behind a face, to the depth of a wall, every 5 cm."""
     t, d = np.meshgrid(np.arange(face.low, face.high, PLAN), np.arange(PLAN / 2, DEEPEST_RECESS, PLAN))
-    points = face.centre + t[..., None] * face.direction + d[..., None] * face.normal
+    points = face.centre + t[..., None] * face.direction - d[..., None] * face.normal
     pixel = plan.grid.pixel_of(points.reshape(-1, 2))
     return np.clip(pixel, 0, np.array(plan.floor.shape[::-1]) - 1).reshape(*t.shape, 2)
 
 
-def _before(face: Face, plan: Plan) -> NDArray[np.bool_]:
-    """Which of those pixels (depth, along) lie under a lintel."""
-    pixel = _pixels(face, plan)
-    return plan.soffit[pixel[..., 1], pixel[..., 0]] > 0
-
-
-def _looked_through(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> bool:
-    """Whether stations looked through enough of a face's area; without stations, whether floor lies right behind it."""
-    along = np.arange(face.low, face.high, 0.1)
-    behind = face.centre + np.outer(along, face.direction) - BEYOND * face.normal
+def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> bool:
+    """Whether stations before it looked through enough of a front; without stations, whether floor lies behind it."""
     if not panoramas:
-        pixel = np.clip(plan.grid.pixel_of(behind), 0, np.array(plan.floor.shape[::-1]) - 1)
-        return bool(plan.floor[pixel[:, 1], pixel[:, 0]].mean() > LOOKED_THROUGH)
+        pixel = _behind(front, plan)[-4:]
+        return bool(plan.floor[pixel[..., 1], pixel[..., 0]].any(0).mean() > LOOKED_THROUGH)
+    along = np.arange(front.low, front.high, 0.1)
     heights = plan.levels.floor + np.arange(0.4, 2.1, 0.2)
     points = np.empty((len(along), len(heights), 3), np.float32)
-    points[..., :2], points[..., 2] = behind[:, None], heights
+    points[..., :2] = (front.centre + np.outer(along, front.direction) - DEEPEST_RECESS * front.normal)[:, None]
+    points[..., 2] = heights
     flat = points.reshape(-1, 3)
     through, stopped = np.zeros(len(flat), bool), np.zeros(len(flat), bool)
     for panorama in panoramas:
-        if (panorama.position[:2] - face.centre) @ face.normal > 0:
+        depth = float((panorama.position[:2] - front.centre) @ front.normal)
+        if depth > 0:
+            station = float((panorama.position[:2] - front.centre) @ front.direction)
+            crossing = station + (np.repeat(along, len(heights)) - station) * depth / (depth + DEEPEST_RECESS)
+            inside = (crossing > front.low) & (crossing < front.high)
             said = seen_through(flat, panorama.position.astype(np.float32), panorama.ranges, np.float32(0.05), True)
-            through |= said == 1
-            stopped |= said == 3
+            through |= inside & (said == 1)
+            stopped |= inside & (said == 3)
     told = through | stopped
     return bool(told.any() and through[told].mean() > LOOKED_THROUGH)
 
@@ -126,4 +160,6 @@ def _in_line(edge: Face, faces: Sequence[Face]) -> Face:
         return edge
     face = best[1]
     along = np.sort((edge.ends() - face.centre) @ face.direction)
-    return replace(edge, centre=face.centre, normal=face.normal, low=float(along[0]), high=float(along[1]))
+    return replace(
+        edge, centre=face.centre, normal=face.normal, low=float(along[0]), high=float(along[1]), rms=face.rms, sided=True
+    )

@@ -41,6 +41,7 @@ class Plan:
     """Rasters (rows along y, columns along x) of a storey, on ``grid``.
 
     ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none;
+    ``ceiling_xy`` (rows, columns, 2) float32 mean place of what hangs over a pixel, nan where nothing;
     ``soffit`` uint8 mask of narrow strips at its rim that hang lower: lintels, alcoves;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
     surfaces.
@@ -51,6 +52,7 @@ class Plan:
     floor: U8
     ceiling: U8
     ceiling_z: F32
+    ceiling_xy: F32
     soffit: U8
     void: U8
     columns: Columns
@@ -76,7 +78,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     hollow &= z > levels.floor + LOWEST_CEILING
     overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
     floor = _mask(pixel[on_floor], shape)
-    ceiling, ceiling_z, soffit = _ceiling(pixel[overhead], z[overhead], shape)
+    ceiling, ceiling_z, soffit, ceiling_xy = _ceiling(pixel[overhead], np.column_stack([xy, z])[overhead], shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
     deep = (
@@ -88,7 +90,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     )
     columns = gather_columns(surfels, layers, grid, stations)
     void = _void(floor, _mask(pixel[deep], shape))
-    return Plan(levels, grid, floor, ceiling, ceiling_z, soffit, void, _facing(columns, floor, ceiling_z))
+    return Plan(levels, grid, floor, ceiling, ceiling_z, ceiling_xy, soffit, void, _facing(columns, floor, ceiling_z))
 
 
 def _soffits(height: F32) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -178,13 +180,14 @@ def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
     return mask
 
 
-def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[U8, F32, U8]:
-    """Mask of ceiling patches large enough to be one, holes closed, the lowest ceiling height over each pixel, and the
-    mask of strips at its rim that hang lower.
+def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tuple[U8, F32, U8, F32]:
+    """Mask of ceiling patches large enough to be one, holes closed, the lowest ceiling height over each pixel, the mask
+    of strips at its rim that hang lower, and where in the pixel the ceiling was seen.
     """
-    height = np.full(shape, np.nan, np.float32)
-    order = np.argsort(-z, kind="stable")
-    height[pixel[order, 1], pixel[order, 0]] = z[order]
+    found = np.full((*shape, 3), np.nan, np.float32)
+    order = np.argsort(-xyz[:, 2], kind="stable")
+    found[pixel[order, 1], pixel[order, 0]] = xyz[order]
+    height = found[..., 2].copy()
     mask = closed(np.isfinite(height).astype(np.uint8), 5)
     rim = np.zeros(shape, np.uint8)
     if mask.any():
@@ -194,7 +197,7 @@ def _ceiling(pixel: NDArray[np.int64], z: F64, shape: tuple[int, ...]) -> tuple[
         rim[beside] = 1
     mask = opened(mask, SMALLEST_CEILING)
     height[mask == 0] = np.nan
-    return mask, height, rim
+    return mask, height, rim, found[..., :2]
 
 
 def _roof_near(ceiling_z: F32) -> F32:
