@@ -42,7 +42,7 @@ SIDE = 0.5
 """Evidence per metre of seen face for air on its front and wall on its back, in square metres of full evidence."""
 WALL_DEPTH = 0.5
 """Metres behind a face for which it speaks: the larger a cell behind it, the less of it is that wall."""
-FREE = 0.1
+FREE = 0.0
 """Evidence per square metre where a station looked through just below ceiling height but no ceiling was seen: open
 wells, but also outdoors.
 """
