@@ -20,7 +20,7 @@ from scan2bim.errors import PrecheckError
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
-from scan2bim.structure.panes import with_panes
+from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
@@ -67,7 +67,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         low, high = level.floor - DEEPEST, level.top + 0.2
         near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
         plan = plan_of(level, scene.surfels, layers.between(scene.surfels, low, high), scene.stations)
-        found = find_faces(plan)
+        found = [as_glass(f, plan, near) for f in find_faces(plan)]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         rooms.append(_rooms(plan, found, panes, near))
@@ -112,7 +112,7 @@ def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], panoramas: 
         polygons,
         tuple(_space(p, plan) for p in polygons),
         [cut for _, cuts in split for cut in cuts],
-        [LineString(f.ends()) for f in panes],
+        [LineString(f.ends()) for f in [*walls, *panes] if f.glass],
         FaceEvidence(plan.columns, [LineString(f.ends()) for f in lintels]),
     )
 

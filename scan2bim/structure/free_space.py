@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, seen_through
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.structure.faces import Face
+from scan2bim.structure.plan import Plan
 
 REACH = 20.0
 """Stations farther than this, metres, are not asked: their cells are wider than a wall there."""
@@ -40,3 +42,28 @@ def looked_through(
         said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(MARGIN), misses)
         free[low[1] : high[1], low[0] : high[0]] |= (said == 1).reshape(x.shape)
     return cv2.resize(free, (free.shape[1] * 2, free.shape[0] * 2), interpolation=cv2.INTER_NEAREST)[:rows, :cols] > 0
+
+
+def seen_beyond(
+    face: Face, plan: Plan, panoramas: Sequence[Panorama], depth: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """What stations before a face say of the places ``depth`` metres behind it, every 10 cm along it and every 20 cm in
+    the height of a door: (along, heights) whether any says something, and whether any looked through them. Only what a
+    station sees through the face itself counts.
+    """
+    along = np.arange(face.low + 0.05, face.high, 0.1)
+    heights = plan.levels.floor + np.arange(0.4, 2.1, 0.2)
+    points = np.empty((len(along), len(heights), 3), np.float32)
+    points[..., :2] = (face.centre + np.outer(along, face.direction) - depth * face.normal)[:, None]
+    points[..., 2] = heights
+    through, stopped = np.zeros(points.shape[:2], bool), np.zeros(points.shape[:2], bool)
+    for panorama in panoramas:
+        before, beside = np.array([face.normal, face.direction]) @ (panorama.position[:2] - face.centre)
+        if before > 0:
+            crossing = beside + (along - beside) * before / (before + depth)
+            inside = ((crossing > face.low) & (crossing < face.high))[:, None]
+            eye = panorama.position.astype(np.float32)
+            said = seen_through(points.reshape(-1, 3), eye, panorama.ranges, np.float32(0.05), True)
+            through |= inside & (said.reshape(through.shape) == 1)
+            stopped |= inside & (said.reshape(through.shape) == 3)
+    return through | stopped, through

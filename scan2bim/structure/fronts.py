@@ -13,10 +13,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.panorama import Panorama, seen_through
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
 from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, Face
+from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan
 
 SHORTEST = 0.6
@@ -125,23 +126,7 @@ def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> b
     if not panoramas:
         pixel = _behind(front, plan)[-4:]
         return bool(plan.floor[pixel[..., 1], pixel[..., 0]].any(0).mean() > LOOKED_THROUGH)
-    along = np.arange(front.low, front.high, 0.1)
-    heights = plan.levels.floor + np.arange(0.4, 2.1, 0.2)
-    points = np.empty((len(along), len(heights), 3), np.float32)
-    points[..., :2] = (front.centre + np.outer(along, front.direction) - DEEPEST_RECESS * front.normal)[:, None]
-    points[..., 2] = heights
-    flat = points.reshape(-1, 3)
-    through, stopped = np.zeros(len(flat), bool), np.zeros(len(flat), bool)
-    for panorama in panoramas:
-        depth = float((panorama.position[:2] - front.centre) @ front.normal)
-        if depth > 0:
-            station = float((panorama.position[:2] - front.centre) @ front.direction)
-            crossing = station + (np.repeat(along, len(heights)) - station) * depth / (depth + DEEPEST_RECESS)
-            inside = (crossing > front.low) & (crossing < front.high)
-            said = seen_through(flat, panorama.position.astype(np.float32), panorama.ranges, np.float32(0.05), True)
-            through |= inside & (said == 1)
-            stopped |= inside & (said == 3)
-    told = through | stopped
+    told, through = seen_beyond(front, plan, panoramas, DEEPEST_RECESS)
     return bool(told.any() and through[told].mean() > LOOKED_THROUGH)
 
 

@@ -11,9 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.structure.columns import F64, gather_columns
 from scan2bim.structure.faces import Face, grow_faces, without_recesses
+from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan
 from scan2bim.structure.storeys import Layers
 
@@ -23,6 +25,12 @@ FEWEST_BINS = 4
 """Heights of 10 cm with returns that a column of a pane must have."""
 FULLEST = 0.5
 """Share of its length that a glass front's columns must fill."""
+TALL_BINS = 8
+"""Heights of 10 cm with returns that tell a pane from an opening in a wall, of which one sees the lintel alone."""
+BEYOND = 0.3
+"""Metres behind a face at which a pulse must still fly to have gone through it."""
+THROUGH = 0.4
+"""Share of its height that stations must have looked through a pane."""
 APART = 0.15
 """Distance, metres, from a seen wall face within which nothing is taken for another."""
 
@@ -41,6 +49,20 @@ def with_panes(
     joined = replace(plan, columns=plan.columns.joined(columns))
     first = len(plan.columns)
     return joined, [replace(f, columns=f.columns + first, glass=True) for f in panes]
+
+
+def as_glass(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> Face:
+    """The face, marked as glass if it sends pulses back over its height and lets others through all the same."""
+    if face.length < SHORTEST or not face.sided:
+        return face
+    told, through = seen_beyond(face, plan, panoramas, BEYOND)
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
+    tall = plan.columns.bins[face.columns] >= TALL_BINS
+    steps = np.floor((along[tall] - face.low) / 0.1).astype(np.int64)
+    upright = np.zeros(len(told), bool)
+    upright[steps[(steps >= 0) & (steps < len(told))]] = True
+    share = through.sum(1) / np.maximum(told.sum(1), 1)
+    return replace(face, glass=bool((upright & (share > THROUGH)).mean() > FULLEST))
 
 
 def _beside(pane: Face, face: Face) -> bool:
