@@ -115,8 +115,8 @@ def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.floa
 
 
 def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32], main: float) -> list[Face]:
-    """Lines along the building's ``main`` directions (radians) where the evidence for space ends and no wall face was seen: glass
-    fronts, cupboard rows, stair wells. They only cut; nothing was seen on them.
+    """Lines along the building's ``main`` directions (radians) where the evidence for space ends and no wall face was
+    seen: glass fronts, cupboard rows, stair wells. They only cut; nothing was seen on them.
     """
     space = opened(closed((score > 0.5).astype(np.uint8), 9), 7)
     found: list[Face] = []

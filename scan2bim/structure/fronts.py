@@ -43,8 +43,8 @@ def window_fronts(
     """
     runs = [_in_line(run, faces) for edge in edges for run in _under_strips(edge, plan)]
     lintels: list[Face] = []
-    for run in sorted(runs, key=lambda r: (r.rms, -r.length)):
-        run = _with_rest(run, runs)
+    for seed in sorted(runs, key=lambda r: (r.rms, -r.length)):
+        run = _with_rest(seed, runs)
         if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
             lintels.append(run)
     glazing = [[f for f in faces if _stands_back(f, lintel)] for lintel in lintels]
@@ -144,7 +144,5 @@ def _in_line(edge: Face, faces: Sequence[Face]) -> Face:
     if best is None:
         return edge
     face = best[1]
-    along = np.sort((edge.ends() - face.centre) @ face.direction)
-    return replace(
-        edge, centre=face.centre, normal=face.normal, low=float(along[0]), high=float(along[1]), rms=face.rms, sided=True
-    )
+    low, high = np.sort((edge.ends() - face.centre) @ face.direction).tolist()
+    return replace(edge, centre=face.centre, normal=face.normal, low=low, high=high, rms=face.rms, sided=True)
