@@ -27,6 +27,10 @@ UPRIGHT = 0.4
 """Share of the heights that a step must fill."""
 LEAST = 0.55
 """Share of a leaf's length that must be upright: furniture hides the rest."""
+FEWEST = 20
+"""Surfels by which a leaf's direction is fitted."""
+WORST_TURN = np.radians(12)
+"""Angle, radians, by which that may differ from the line through the jamb."""
 WIDEST = 1.3
 """Length, metres, of the longest single leaf; wider openings have two, each half as wide."""
 ANGLES = np.radians(np.arange(12, 172, 2))
@@ -68,8 +72,25 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
                 low, high = near & body, near & above
                 share, angle = _best_angle(u[low], v[low], up[low], u[high], v[high], length)
                 if share >= LEAST and (best is None or share > best.share + 0.02):
-                    best = Leaf(hinge, side, angle, share)  # pyright: ignore[reportArgumentType]
+                    turned = _turned(u[low], v[low], angle, length)
+                    best = Leaf(hinge, side, turned, share)  # pyright: ignore[reportArgumentType]
     return best
+
+
+def _turned(u: F64, v: F64, angle: float, length: float) -> float:
+    """The leaf's own direction, by its points: its hinge stands off the jamb, so that the line from there is askew."""
+    at, found = np.zeros(2), angle
+    for _ in range(3):
+        along = (u - at[0]) * np.cos(found) + (v - at[1]) * np.sin(found)
+        off = (v - at[1]) * np.cos(found) - (u - at[0]) * np.sin(found)
+        reach = (0.1, length) if not at.any() else (0.1 - length / 2, length / 2)
+        near = (np.abs(off) < BAND) & (along > reach[0]) & (along < reach[1])
+        if near.sum() < FEWEST:
+            break
+        at = np.array([u[near].mean(), v[near].mean()])
+        slope = float(np.polyfit(along[near], off[near], 1)[0])
+        found += float(np.arctan(slope))
+    return found if abs(found - angle) < WORST_TURN else angle
 
 
 def _in_wall(wall: WallShape, points: F64) -> tuple[F64, F64, F64]:

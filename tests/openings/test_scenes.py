@@ -226,7 +226,7 @@ def test_the_leaf_of_an_open_door_tells_its_angle_hinge_and_swing() -> None:
             assert (found.hinge, found.swing) == ("unknown", "unknown")
             continue
         seen += 1
-        assert abs(math.degrees(found.angle) - degrees) <= 8
+        assert abs(math.degrees(found.angle) - degrees) <= 3
         wall = model.structure.storeys[0].walls[found.wall]
         corners = truth.truth.doors[1].corners
         same = float(np.subtract(wall.end, wall.start) @ np.subtract(corners[1][:2], corners[0][:2])) > 0
