@@ -9,6 +9,7 @@ import shutil
 import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from scan2bim.numbacache import ensure_numba_cache
 from scan2bim.planning import Request, StageRun, checked_inputs, kept_frame, planned
 from scan2bim.progress import Progress, Reporter, several, size
 from scan2bim.reading import read_all
+from scan2bim.scan_points import local_points
 from scan2bim.scans import Scan, ScanSet
 from scan2bim.stages import (
     EXPORT,
@@ -85,7 +87,8 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
             scans, frame, keys, folders = run.measure(scans)
             building = run.recognise(scans, frame, keys, folders)
             with run.timed(EXPORT):
-                written = write_outputs(building, request.outputs, request.settings.export)
+                points = partial(local_points, scans, frame)
+                written = write_outputs(building, request.outputs, request.settings.export, points)
             run.tidy()
             return Outcome(building, written, tuple(run.done), len(scans.scans), scans.points, scans.skipped)
 

@@ -177,8 +177,9 @@ class Simulation:
 def set_doors(stage: Usd.Stage, opened: str) -> None:
     """Choose the variant closed of all doors that have states, and open of the one with this GlobalId."""
     stage.SetEditTarget(stage.GetSessionLayer())
-    for prim in list(stage.Traverse()):
-        if "doorState" in prim.GetVariantSets().GetNames():
+    for path in [prim.GetPath() for prim in stage.Traverse() if "doorState" in prim.GetVariantSets().GetNames()]:
+        prim = stage.GetPrimAtPath(path)
+        if prim:
             state = "open" if prim.GetAttribute("ifc:GlobalId").Get() == opened else "closed"
             prim.GetVariantSets().GetVariantSet("doorState").SetVariantSelection(state)
 

@@ -24,7 +24,18 @@ LAYER_OF_MODULE = {
     "config": "config",
     **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "allocator", "parallel"), "support"),
     **dict.fromkeys(
-        ("pipeline", "stages", "reading", "planning", "estimate", "views", "scans", "assemble", "verification"),
+        (
+            "pipeline",
+            "stages",
+            "reading",
+            "planning",
+            "estimate",
+            "views",
+            "scans",
+            "scan_points",
+            "assemble",
+            "verification",
+        ),
         "pipeline",
     ),
 }

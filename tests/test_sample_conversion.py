@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import ifcopenshell
+import laspy
 import numpy as np
 import pytest
 import shapely
@@ -112,3 +114,12 @@ def test_ifc_and_usd_hold_the_same_rooms(converted_flat: tuple[Path, str], store
     assert len(file.by_type("IfcSpace")) == len(storey["spaces"])
     assert len(file.by_type("IfcOpeningElement")) == sum(len(wall["openings"]) for wall in storey["walls"])
     assert Usd.Stage.Open(str(folder / "flat.usdz")).GetDefaultPrim().IsValid()
+
+
+def test_every_point_is_in_the_classified_cloud(converted_flat: tuple[Path, str]) -> None:
+    told = re.search(r"([\d,]+) points, \d+%", converted_flat[1])
+    assert told is not None
+    with laspy.open(converted_flat[0] / "flat.laz") as file:
+        assert file.header.point_count == int(told[1].replace(",", ""))
+        share = np.count_nonzero(file.read()["element"]) / file.header.point_count
+    assert share > 0.85

@@ -92,7 +92,7 @@ def ingest_scan(
             kept += len(local)
             if len(local):
                 low, high = np.minimum(low, bounds[0]), np.maximum(high, bounds[1])
-                order = _source_order(chunk, header)
+                order = source_order(chunk, header)
                 per_source += np.bincount(order, minlength=len(per_source))[: len(per_source)]
                 writer.add(local, _colour(chunk), _grey(chunk), (order + station).astype(np.uint16))
                 if ranges is not None and position is not None:
@@ -145,7 +145,7 @@ def _grey(chunk: Chunk) -> NDArray[np.uint8]:
     return (np.clip(chunk.intensity, 0, 1) * np.float32(255)).astype(np.uint8)
 
 
-def _source_order(chunk: Chunk, header: ScanHeader) -> NDArray[np.int64]:
+def source_order(chunk: Chunk, header: ScanHeader) -> NDArray[np.int64]:
     """Which of the header's sources each point (n,) is of, by place; 0 where the file tells no sources or an unlisted
     one.
     """

@@ -2,7 +2,9 @@
 
 An exporter is a module with ``export(building, path) -> tuple[str, ...]``: it writes the one file ``path`` (and
 where the format needs more, a folder beside it) from the model alone and gives in words what it left out. Where it has
-a third parameter ``settings`` it gets the export settings. The entry point's name is the file's suffix, without the
+a parameter ``settings`` it gets the export settings, where it has one ``points`` a function that reads the scans once
+more (``model.points.PointSource``), or None where there are none. A module with ``ONLY_BY_NAME = True`` is left out of
+a folder of all formats. The entry point's name is the file's suffix, without the
 dot.
 """
 

@@ -36,7 +36,9 @@ from scan2bim.model.elements import (
 )
 from scan2bim.model.ids import ifc_guid
 from scan2bim.model.queries import wall_length
-from scan2bim.model.shapes import roof_body, wall_bodies
+from scan2bim.model.shapes import roof_body
+from scan2bim.model.wall_measures import WallMeasures, measure_wall
+from scan2bim.model.wall_outlines import wall_outlines
 
 if TYPE_CHECKING:
     from xlsxwriter.format import Format
@@ -83,9 +85,9 @@ def export(building: Building, path: Path) -> tuple[str, ...]:
 
 def storey_rows(storey: Storey) -> Iterator[Row]:
     """A row for each element of a storey: walls with their openings, spaces, plates, columns, beams, stairs, roofs."""
-    bodies = wall_bodies(storey)
+    outlines = wall_outlines(storey.walls)
     for wall in storey.walls:
-        yield _wall_row(wall, storey, mesh_volume(bodies[wall.id]))
+        yield _wall_row(wall, storey, measure_wall(wall, outlines[wall.id]))
         for opening in wall.openings:
             yield _opening_row(opening, storey)
     for space in storey.spaces:
@@ -116,32 +118,19 @@ def _row(element: Element, storey: Storey, basis: Sequence[Dimension], *, state:
     )
 
 
-def _wall_row(wall: Wall, storey: Storey, net_volume: float) -> Row:
-    length, thickness = wall_length(wall), wall.thickness.value
-    side = length * wall.height.value if not wall.profile else _under(wall)
-    holes = [o for o in wall.openings if o.depth is None]
-    cut = sum(o.width.value * o.height.value for o in holes)
+def _wall_row(wall: Wall, storey: Storey, measures: WallMeasures) -> Row:
     return _row(
         wall,
         storey,
         (wall.thickness, wall.height),
-        length=length,
-        width=thickness,
+        length=wall_length(wall),
+        width=wall.thickness.value,
         height=wall.height.value,
-        gross_area=side,
-        net_area=side - cut,
-        gross_volume=net_volume + cut * thickness + sum(_niche_volume(o) for o in wall.openings),
-        net_volume=net_volume,
+        gross_area=measures.gross_side,
+        net_area=measures.net_side,
+        gross_volume=measures.gross_volume,
+        net_volume=measures.net_volume,
     )
-
-
-def _under(wall: Wall) -> float:
-    """Area under a wall's upper edge."""
-    return sum((x1 - x0) * (z0 + z1) / 2 for (x0, z0), (x1, z1) in zip(wall.profile, wall.profile[1:], strict=False))
-
-
-def _niche_volume(opening: Opening) -> float:
-    return 0.0 if opening.depth is None else opening.width.value * opening.height.value * opening.depth.value
 
 
 def _opening_row(opening: Opening, storey: Storey) -> Row:

@@ -11,7 +11,7 @@ import shutil
 import unicodedata
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -23,8 +23,9 @@ from scan2bim.exporters.parts import replace_parts
 if TYPE_CHECKING:
     from scan2bim.config import ExportSettings
     from scan2bim.model.elements import Building
+    from scan2bim.model.points import PointSource
 
-Export = Callable[["Building", Path, "ExportSettings"], tuple[str, ...]]
+Export = Callable[["Building", Path, "_Extras"], tuple[str, ...]]
 
 GROUP: Final = "scan2bim.exporters"
 OWN_PACKAGE: Final = "scan2bim"
@@ -42,6 +43,14 @@ class Written:
     path: Path
     size: int
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Extras:
+    """What an exporter gets besides the model if its function has a parameter of that name."""
+
+    settings: ExportSettings
+    points: PointSource | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,23 +93,26 @@ def _plan_jobs(targets: Sequence[Path], stem: str) -> list[_Job]:
 
 
 def write_outputs(
-    building: Building, targets: Sequence[Path], settings: ExportSettings | None = None
+    building: Building,
+    targets: Sequence[Path],
+    settings: ExportSettings | None = None,
+    points: PointSource | None = None,
 ) -> tuple[Written, ...]:
     """Write the building to each target: a file with a known suffix, or a folder, which gets all formats.
 
-    Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
+    points: reads the scans once more, for the exporters that want them. Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
     disk and then moved there. When an exporter fails the other files are still written and a StageError names the
     failures; when the disk is full a ResourceError comes at once. Raises UsageError as check_targets does.
     """
     from scan2bim.config import ExportSettings
 
-    settings = settings or ExportSettings()
+    extras = _Extras(settings or ExportSettings(), points)
     jobs = _plan_jobs(targets, safe_file_stem(building.name))
     written: list[Written] = []
     failures: list[str] = []
     for job in jobs:
         try:
-            written.append(_write_whole(building, job, settings))
+            written.append(_write_whole(building, job, extras))
         except ResourceError:
             raise
         except Scan2BimError as error:
@@ -150,14 +162,14 @@ def _load(point: metadata.EntryPoint) -> Export:
     """The entry point's export function. A third party's module may fail in any way: UsageError says how."""
     try:
         export = point.load().export
-        wants_settings = "settings" in inspect.signature(export).parameters
+        wanted = [field.name for field in fields(_Extras) if field.name in inspect.signature(export).parameters]
     except Exception as error:
         reason = _shorten(f"{type(error).__name__}: {error}")
         raise UsageError(
             f"The exporter for .{point.name} ({point.value} of package {_owner(point)}) cannot be loaded ({reason}). "
             "Update or remove that package, or choose another format."
         ) from error
-    return export if wants_settings else lambda building, path, _: export(building, path)
+    return lambda building, path, extras: export(building, path, **{name: getattr(extras, name) for name in wanted})
 
 
 def _is_folder(target: Path) -> bool:
@@ -180,12 +192,18 @@ def _plan_paths(target: Path, stem: str) -> list[Path]:
 
 
 def _jobs(target: Path, stem: str) -> list[_Job]:
-    """What is to be written for a target. In a folder an exporter that cannot be loaded is left out with a warning."""
+    """What is to be written for a target.
+
+    In a folder an exporter that cannot be loaded is left out with a warning, and one that is ``ONLY_BY_NAME`` without.
+    """
     points = _entry_points()
     jobs: list[_Job] = []
     for path in _plan_paths(target, stem):
         try:
-            jobs.append(_Job(path, _load(points[suffix_of(path)[1:]])))
+            point = points[suffix_of(path)[1:]]
+            export = _load(point)
+            if path == target or not getattr(point.load(), "ONLY_BY_NAME", False):
+                jobs.append(_Job(path, export))
         except UsageError as error:
             if path == target:
                 raise
@@ -209,13 +227,13 @@ def _os_problem(error: OSError, what: str) -> Scan2BimError:
     return UsageError(f"{what}: {reason}. Choose another place or change its permissions.")
 
 
-def _write_whole(building: Building, job: _Job, settings: ExportSettings) -> Written:
+def _write_whole(building: Building, job: _Job, extras: _Extras) -> Written:
     """Write one file, and the folders of its parts where it has some, beside its place, flush them, move them there."""
     try:
         job.path.parent.mkdir(parents=True, exist_ok=True)
         with _hidden_folder(job.path) as folder:
             draft = folder / job.path.name
-            notes = _export_draft(building, job, draft, settings)
+            notes = _export_draft(building, job, draft, extras)
             files = [file for file in folder.rglob("*") if file.is_file()]
             for file in files:
                 _flush(file)
@@ -230,10 +248,10 @@ def _write_whole(building: Building, job: _Job, settings: ExportSettings) -> Wri
     return Written(job.path, size, notes)
 
 
-def _export_draft(building: Building, job: _Job, draft: Path, settings: ExportSettings) -> tuple[str, ...]:
+def _export_draft(building: Building, job: _Job, draft: Path, extras: _Extras) -> tuple[str, ...]:
     """Run the exporter; whatever it raises becomes an error of ours, or an OSError that the caller words."""
     try:
-        return tuple(job.export(building, draft, settings))
+        return tuple(job.export(building, draft, extras))
     except MemoryError as error:
         raise ResourceError(f"{job.path}: memory ran out while writing. Close other programs and run again.") from error
     except Exception as error:

@@ -40,7 +40,7 @@ from scan2bim.model.shapes import (
 )
 
 STATE: Final = "doorState"
-"""The variant set of doors: closed, ajar, open, and at their places as_scanned."""
+"""The variant set of doors: closed, ajar, open, and at their places as_scanned; without a hinge closed and open."""
 _AJAR: Final = math.radians(30.0)
 _OPEN: Final = math.radians(90.0)
 _FRAME_MASS: Final = 15.0
@@ -159,6 +159,8 @@ def _fill(stage: Usd.Stage, wall: Wall, opening: Opening, leaves: tuple[Hung, ..
         UsdPhysics.MassAPI.Apply(frame).CreateMassAttr(_FRAME_MASS)
         fix(stage, root.GetPath().AppendChild("fixed"), root.GetPath(), frame.GetPath())
         _add_states(root, dict(zip(names, leaves, strict=True)))
+    elif names:
+        _add_absence(root, names)
     return names
 
 
@@ -191,6 +193,18 @@ def _add_states(root: Usd.Prim, leaves: dict[str, Hung]) -> None:
         angles = {name: hung.leaf.turn * min(angle, hung.limit) for name, hung in leaves.items() if hung.turns}
         add_state(root, state, angles)
     root.GetVariantSets().GetVariantSet(STATE).SetVariantSelection("closed")
+
+
+def _add_absence(root: Usd.Prim, names: tuple[str, ...]) -> None:
+    """States of a door whose hinge is not known: closed, or open with its leaves away, since where to is not known."""
+    variants = root.GetVariantSets().AddVariantSet(STATE)
+    for state in ("closed", "open"):
+        variants.AddVariant(state)
+        variants.SetVariantSelection(state)
+        with variants.GetVariantEditContext():
+            for name in (part for leaf in names for part in (leaf, leaf.replace("leaf", "fixed"))):
+                root.GetStage().OverridePrim(root.GetPath().AppendChild(name)).SetActive(state == "closed")
+    variants.SetVariantSelection("closed")
 
 
 def add_state(root: Usd.Prim, state: str, angles: dict[str, float]) -> None:

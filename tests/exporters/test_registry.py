@@ -203,3 +203,40 @@ def test_what_a_killed_run_left_is_swept_away_and_a_running_ones_is_not(tmp_path
 def test_a_display_name_becomes_a_safe_file_name(name, stem):
     assert safe_file_stem(name) == stem
     assert len(safe_file_stem("ü" * 300).encode()) <= 100
+
+
+def test_an_exporter_gets_what_its_function_asks_for(exporters, tmp_path):
+    def with_points(_building, path: Path, points) -> tuple[str, ...]:
+        path.write_text(" ".join(points()))
+        return ()
+
+    exporters[0] = Point("one", with_points)
+    write_outputs(building(), [tmp_path / "x.one"], points=lambda: iter(["a", "b"]))  # pyright: ignore
+    assert (tmp_path / "x.one").read_text() == "a b"
+
+
+def test_a_folder_does_not_get_what_is_only_written_by_name(exporters, tmp_path):
+    exporters[0].load = lambda: SimpleNamespace(export=writes("1"), ONLY_BY_NAME=True)
+    write_outputs(building(), [tmp_path / "all"])
+    assert names(tmp_path / "all") == ["Test house.two"]
+    write_outputs(building(), [tmp_path / "x.one"])
+    assert (tmp_path / "x.one").read_text() == "1"
+
+
+def test_parts_beside_a_file_are_moved_with_it_and_replace_old_ones(exporters, tmp_path):
+    def with_parts(_building, path: Path) -> tuple[str, ...]:
+        folder = path.parent / "x_parts"
+        folder.mkdir()
+        (folder / "new.dat").write_text("new")
+        path.write_text("main")
+        return ()
+
+    exporters[0] = Point("one", with_parts)
+    (tmp_path / "x_parts").mkdir()
+    (tmp_path / "x_parts" / "old.dat").write_text("old")
+    write_outputs(building(), [tmp_path / "x.one"])
+    assert (names(tmp_path), names(tmp_path / "x_parts")) == (["x.one", "x_parts"], ["new.dat"])
+    (tmp_path / "x_parts" / "holiday.jpg").write_text("mine")
+    with pytest.raises(StageError, match=r"holiday\.jpg"):
+        write_outputs(building(), [tmp_path / "x.one"])
+    assert "holiday.jpg" in names(tmp_path / "x_parts")

@@ -386,3 +386,15 @@ def test_every_kind_of_element_has_its_shape():
     points = world_points(prim_of(stage, "wall-curved").GetChild("body"))
     centre = np.array(turned(1.0, 0.0))
     assert np.hypot(*(points[:, :2] - centre).T).min() == pytest.approx(0.9, abs=0.005)
+
+
+def test_a_closed_door_of_unknown_hinge_is_away_when_open():
+    shut = door("x", 1.0, state="closed")
+    stage, _ = build_stage(with_walls(wall("x", (0, 0), (4, 0), 0.2, 0.0, openings=(shut,))))
+    prim = prim_of(stage, "door-x")
+    assert prim.GetChild("leaf").IsActive()
+    stage.SetEditTarget(stage.GetSessionLayer())
+    prim.GetVariantSets().GetVariantSet(STATE).SetVariantSelection("open")
+    assert [child.GetName() for child in prim.GetChildren()] == ["Looks", "void"]
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    assert [error.GetErrorAsString() for error in context.Validate(stage)] == []
