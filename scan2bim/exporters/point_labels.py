@@ -49,9 +49,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Zone:
-    """Where points are an element's: within ``shape`` in plan, from a plane (a x + b y + c) up by ``rise`` metres."""
+    """Where points are an element's, or (None) nobody's: within ``shape`` in plan, from a plane (a x + b y + c) up by ``rise`` metres."""
 
-    element: Element
+    element: Element | None
     shape: shapely.Geometry
     plane: tuple[float, float, float]
     rise: float
@@ -84,7 +84,7 @@ def point_labels(building: Building) -> PointLabels:
     layers = [list(layer)[:_MOST] for storey in building.storeys for layer in _layers(storey)]
     by_priority = [layers[k] for group in range(9) for k in range(group, len(layers), 9) if layers[k]]
     zones = [zone for layer in by_priority for zone in layer]
-    elements = list({zone.element.id: zone.element for zone in zones}.values())
+    elements = list({zone.element.id: zone.element for zone in zones if zone.element is not None}.values())
     numbers = {element.id: number for number, element in enumerate(elements, 1)}
     bounds = shapely.total_bounds([zone.shape for zone in zones]) if zones else np.zeros(4)
     area = float(np.prod(bounds[2:] - bounds[:2])) * max(len(by_priority), 1)
@@ -101,7 +101,7 @@ def point_labels(building: Building) -> PointLabels:
         pixel,
         np.cumsum([0, *(len(layer) for layer in by_priority)])[:-1].astype(np.int64),
         np.array([(*zone.plane, zone.rise) for zone in zones], np.float64).reshape(-1, 4),
-        np.array([numbers[zone.element.id] for zone in zones], np.uint32),
+        np.array([numbers[zone.element.id] if zone.element else 0 for zone in zones], np.uint32),
         tuple(elements),
         np.array([UNCLASSIFIED, *(CLASSES[type(element).__name__] for element in elements)], np.uint8),
     )
@@ -138,16 +138,19 @@ def _leaves(storey: Storey) -> Iterator[_Zone]:
 
 
 def _fills(storey: Storey) -> Iterator[_Zone]:
-    """Openings with a fill, across the wall as far as noise reaches, but neither its jambs nor the floor below."""
+    """Openings across the wall as far as noise reaches: a fill without the floor below, a void without its borders."""
     for wall in storey.walls:
         for opening in wall.openings:
-            if opening.fill is not None:
-                low, high = opening_layer(wall, opening)
-                x0, above = opening.offset.value, TOLERANCE if isinstance(opening.fill, Door) else 0.0
-                x1, base = x0 + opening.width.value, wall.base + opening.sill.value + above
-                sides = ((x0, low - TOLERANCE), (x1, low - TOLERANCE), (x1, high + TOLERANCE), (x0, high + TOLERANCE))
-                shape = shapely.Polygon([to_plan(wall, x, y) for x, y in sides])
-                yield _Zone(opening.fill, shape, (0.0, 0.0, base), opening.height.value - above)
+            if opening.depth is not None:
+                continue
+            low, high = opening_layer(wall, opening)
+            inset = TOLERANCE if opening.fill is None else 0.0
+            above = TOLERANCE if opening.fill is None or isinstance(opening.fill, Door) else 0.0
+            x0, base = opening.offset.value + inset, wall.base + opening.sill.value + above
+            x1 = opening.offset.value + opening.width.value - inset
+            sides = ((x0, low - TOLERANCE), (x1, low - TOLERANCE), (x1, high + TOLERANCE), (x0, high + TOLERANCE))
+            shape = shapely.Polygon([to_plan(wall, x, y) for x, y in sides])
+            yield _Zone(opening.fill, shape, (0.0, 0.0, base), opening.height.value - above - inset)
 
 
 def _stairs(storey: Storey) -> Iterator[_Zone]:
