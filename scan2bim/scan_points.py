@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from scan2bim.cloud.frame import SurveyFrame
-from scan2bim.cloud.ingest import source_order
-from scan2bim.model.points import LocalPoints
 from scan2bim.scans import ScanSet
+
+if TYPE_CHECKING:
+    from scan2bim.model.points import LocalPoints
 
 
 def local_points(scans: ScanSet, frame: SurveyFrame) -> Iterator[LocalPoints]:
     """Read all scans, one after the other, in bounded memory. Raises InputError or DamagedFileError."""
+    import numpy as np
+
+    from scan2bim.cloud.ingest import source_order
+    from scan2bim.model.points import LocalPoints
     from scan2bim.readers import read_chunks
 
     for scan in scans.scans:

@@ -81,8 +81,8 @@ class PointLabels:
 
 def point_labels(building: Building) -> PointLabels:
     """The rasters of a building."""
-    layers = [list(layer)[:_MOST] for storey in building.storeys for layer in _layers(storey)]
-    by_priority = [layers[k] for group in range(9) for k in range(group, len(layers), 9) if layers[k]]
+    by_storey = [_layers(storey) for storey in building.storeys]
+    by_priority = [part for kinds in zip(*by_storey, strict=True) for layer in kinds for part in _parted(list(layer))]
     zones = [zone for layer in by_priority for zone in layer]
     elements = list({zone.element.id: zone.element for zone in zones if zone.element is not None}.values())
     numbers = {element.id: number for number, element in enumerate(elements, 1)}
@@ -105,6 +105,29 @@ def point_labels(building: Building) -> PointLabels:
         tuple(elements),
         np.array([UNCLASSIFIED, *(CLASSES[type(element).__name__] for element in elements)], np.uint8),
     )
+
+
+def _parted(layer: list[_Zone]) -> list[list[_Zone]]:
+    """The layer in as many as it takes, so that in each no zone lies over another at other heights."""
+    tree = shapely.STRtree([zone.shape for zone in layer])
+    parts: list[list[_Zone]] = []
+    place: dict[int, int] = {}
+    for number, zone in enumerate(layer):
+        near = tree.query(zone.shape, predicate="intersects").tolist()
+        taken = {place[k] for k in near if k in place and not _level(zone, layer[k])}
+        place[number] = next(k for k in range(len(taken) + 1) if k not in taken)
+        if place[number] == len(parts):
+            parts.append([])
+        parts[place[number]].append(zone)
+    return [part[:_MOST] for part in parts]
+
+
+def _level(one: _Zone, other: _Zone) -> bool:
+    """Whether two zones reach over about the same heights: where they meet, either will do."""
+    if one.plane[:2] != other.plane[:2]:
+        return False
+    low, high = max(one.plane[2], other.plane[2]), min(one.plane[2] + one.rise, other.plane[2] + other.rise)
+    return high - low > 0.9 * max(one.rise, other.rise)
 
 
 def _layers(storey: Storey) -> Sequence[Iterable[_Zone]]:
