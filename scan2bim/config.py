@@ -86,9 +86,32 @@ class StructureSettings(Section):
 class OpeningSettings(Section):
     """Doors, windows and passages."""
 
-    method: Literal["full"] = Field(
-        default="full", description="How openings are found: full = all evidence of both wall faces is fused."
+    method: Literal["full", "paper"] = Field(
+        default="full",
+        description="How openings are found: full = all evidence of both wall faces is fused; paper = closed doors by "
+        "the founding paper's section V on each face alone, open ones without their leaves.",
     )
+    paper_grid: int = Field(default=20, ge=2, le=200, description="Rows and columns of the grid of sample patches.")
+    paper_patch: int = Field(default=5, ge=3, le=51, description="Edge of a sample patch, pixels of 1 cm; odd.")
+    paper_deviation: float = Field(
+        default=0.20, gt=0, le=1, description="Deviation of a component (of 1) above which a patch is not coherent."
+    )
+    paper_silhouette: float = Field(
+        default=0.7, ge=-1, le=1, description="Silhouette from which on a patch is consistent with its cluster."
+    )
+    paper_dominant: float = Field(
+        default=0.55, ge=0, le=1, description="Share of a door (alpha 1) of its dominant colour and dominant depth."
+    )
+    paper_outline: float = Field(
+        default=0.70, ge=0, le=1, description="Share of each side (alpha 2) that discontinuities must support."
+    )
+    paper_wall: float = Field(
+        default=0.03, ge=0, le=1, description="Share of a door (alpha 3) that may be the wall's own area."
+    )
+    paper_least_width: float = Field(default=0.6, gt=0, description="Least width of a door, metres.")
+    paper_most_width: float = Field(default=2.4, gt=0, description="Largest width of a door, metres: two leaves.")
+    paper_least_height: float = Field(default=1.8, gt=0, description="Least height of a door, metres.")
+    paper_most_height: float = Field(default=2.6, gt=0, description="Largest height of a door, metres.")
 
 
 class VerifySettings(Section):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +14,16 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
-from scan2bim.openings.closed.find import closed_openings, faces_of
+from scan2bim.openings.closed.find import closed_doors, closed_openings, faces_of
+from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
+from scan2bim.openings.debug_images import draw_wall
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
+from scan2bim.openings.leaves import AJAR, find_leaf
+from scan2bim.openings.near_points import BAND, WallPoints, points_by_wall
 from scan2bim.openings.near_points import BAND, points_by_wall
 from scan2bim.openings.open import find_open
+from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
 from scan2bim.openings.wall_image import REACH, wall_image
@@ -46,30 +51,80 @@ def find_openings(
     """Find the openings of all walls and write them to ``folder``/openings.json."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    found = openings_of(structure, scene, scan_folders, progress)
+    found = openings_of(structure, scene, scan_folders, settings, progress)
     save_openings(_once(found, structure.storeys), folder / "openings.json")
 
 
+def draw_openings(
+    structure_folder: Path,
+    surfel_folder: Path,
+    scan_folders: Sequence[Path],
+    pictures: Path,
+    settings: OpeningSettings,
+    progress: Callable[[float], None],
+) -> None:
+    """Write pictures of each step on each face of all walls into a folder."""
+    scene = load_scene(surfel_folder, scan_folders)
+    structure = StructureShape.load(structure_folder / "structure.json")
+    for near in _near_walls(structure, scene, scan_folders, progress):
+        name = f"storey{near.storey}-wall{near.place + 1:02d}"
+        faces = near.faces(structure, scene)
+        draw_wall(pictures, name, faces, closed_doors(faces), settings)
+
+
 def openings_of(
-    structure: StructureShape, scene: Scene, scan_folders: Sequence[Path], progress: Callable[[float], None]
+    structure: StructureShape,
+    scene: Scene,
+    scan_folders: Sequence[Path],
+    settings: OpeningSettings,
+    progress: Callable[[float], None],
 ) -> list[OpeningShape]:
     """Openings of all walls, neighbourhood by neighbourhood: those that were looked through, and closed doors."""
-    places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
-    walls = [structure.storeys[s].walls[w] for s, w in places]
     virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
     index = PlanIndex(scene.surfels.xyz)
-    expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
     found: list[OpeningShape] = []
-    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
-        (storey, place), wall = places[k], walls[k]
-        panoramas = _close(scene.panoramas, wall)
-        image = wall_image(wall, points, panoramas or _close(virtual[storey], wall), scene.stations)
-        seen = find_open(storey, place, wall, image)
-        hung = [_with_leaf(opening, wall, scene.surfels, index) for opening in seen]
-        found += [replace(opening, confidence=probability(opening, wall)) for opening in hung]
-        found += closed_openings(storey, place, faces_of(wall, points, scene.stations, panoramas), points)
-        progress((done + 1) / len(walls))
+    for near in _near_walls(structure, scene, scan_folders, progress):
+        image = wall_image(
+            near.wall, near.points, near.panoramas or _close(virtual[near.storey], near.wall), scene.stations
+        )
+        seen = find_open(near.storey, near.place, near.wall, image)
+        faces = near.faces(structure, scene)
+        if settings.method == "paper":
+            found += [*seen, *paper_openings(near.storey, near.place, faces, settings)]
+        else:
+            hung = [_with_leaf(opening, near.wall, scene.surfels, index) for opening in seen]
+            found += [replace(opening, confidence=probability(opening, near.wall)) for opening in hung]
+            found += closed_openings(near.storey, near.place, near.wall, faces, near.points)
     return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _NearWall:
+    """A wall with its place in its storey, the points near it and the stations near enough to be asked about it."""
+
+    storey: int
+    place: int
+    wall: WallShape
+    points: WallPoints
+    panoramas: dict[int, Panorama]
+
+    def faces(self, structure: StructureShape, scene: Scene) -> list[Face]:
+        """Its faces that were seen."""
+        spaces = structure.storeys[self.storey].spaces
+        return faces_of(self.wall, spaces, self.points, scene.stations, self.panoramas)
+
+
+def _near_walls(
+    structure: StructureShape, scene: Scene, scan_folders: Sequence[Path], progress: Callable[[float], None]
+) -> Iterator[_NearWall]:
+    """The walls of all storeys with what is near them, neighbourhood by neighbourhood."""
+    places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
+    walls = [structure.storeys[s].walls[w] for s, w in places]
+    index = PlanIndex(scene.surfels.xyz)
+    expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
+    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
+        yield _NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
+        progress((done + 1) / len(walls))
 
 
 def _virtual(storey: StoreyShape, surfels: Surfels) -> dict[int, Panorama]:

@@ -6,18 +6,20 @@ equal first, and so are their distances, since each station's registration is of
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numba as nb
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, seen_through
 from scan2bim.geometry.raster import nearest_of
 from scan2bim.openings.near_points import BAND, WallPoints
-from scan2bim.structure.shapes import WallShape
+from scan2bim.structure.shapes import SpaceShape, WallShape
 
 PIXEL = 0.01
 """Edge of a pixel, metres."""
@@ -26,19 +28,27 @@ COARSE = 0.05
 FILL = 0.04
 """Distance, metres, over which pixels without points take their nearest neighbour's value: the step of a scan of 0.4
 degrees at 6 m."""
+BESIDE = 0.2
+"""Distance from a face, metres, at which the spaces beside it are told apart."""
 CELL = 0.10
 """Edge, metres, of the cells in which stations are compared."""
 ON_PLANE = 0.03
 """Points within this distance of a face, metres, may belong to its plane."""
+OFF_PLANE = 0.08
+"""Distance, metres, at which the plane is looked for where next to nothing lies on the wall's own: walls of several
+rooms in one line.
+"""
 WORST_OFFSET = 0.004
 """Metres by which a station's registration may be off and be corrected; more is a surface of its own."""
-TRUSTED = 100.0
+TRUSTED = 20.0
 """Independent measurements that a face's points are worth: what errs is registration and unevenness, not noise."""
-PRIOR = (0.0, 4.0, 4.0)
-"""How sure the wall's own direction and plumb are, in (residual of 3 mm / 1.5 mm a metre) squared: a door that fills
+PRIOR = (0.0, 36.0, 36.0)
+"""How sure the wall's own direction and plumb are, in (residual of 3 mm / 0.5 mm a metre) squared: a door that fills
 half of a face does not tilt it."""
 STEEPEST = 6.0
 """Slant (1 / cosine) beyond which points are left out: their noise and their footprints grow with it."""
+LEAST = 200
+"""Points that a face must have to be looked at."""
 NEAREST = 0.25
 """Distance to the face, metres, below which a station does not look at it but along it."""
 REACH = 12.0
@@ -74,14 +84,24 @@ class Orthoimage:
 
 
 def orthoimage(
-    wall: WallShape, side: Side, points: WallPoints, stations: F64, panoramas: Mapping[int, Panorama]
+    wall: WallShape,
+    side: Side,
+    points: WallPoints,
+    stations: F64,
+    panoramas: Mapping[int, Panorama],
+    breaks: Sequence[float] = (),
 ) -> Orthoimage | None:
-    """One face's image; None where too little of it was seen. ``stations`` (s, 3) positions, nan where unknown."""
+    """One face's image; None where too little of it was seen. ``stations`` (s, 3) positions, nan where unknown;
+    ``breaks`` the places along the wall, metres, where one space ends and the next begins: the face may step there.
+    """
     seen = _before(wall, side, points, stations)
     depth = _depth(wall, side, seen)
-    if len(depth) < 200:
+    if len(depth) < LEAST:
         return None
-    depth = _levelled(seen, depth)
+    part = np.searchsorted(np.asarray(breaks, np.float64), seen.along)
+    for number in range(len(breaks) + 1):
+        rows = np.flatnonzero(part == number)
+        depth[rows] = _levelled(seen.pick(part == number), depth[rows])
     colour = _equalised(seen)
     length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
     shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(length / PIXEL))))
@@ -101,6 +121,23 @@ def _frame(wall: WallShape) -> tuple[F64, F64, F64]:
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     return start, direction, np.array([-direction[1], direction[0]])
+
+
+def breaks_of(wall: WallShape, side: Side, spaces: Sequence[SpaceShape]) -> list[float]:
+    """Places along a wall where one space beside it ends and the next begins; ``spaces`` are the storey's."""
+    start, direction, normal = _frame(wall)
+    numbers = wall.left if side == "left" else wall.right
+    if len(numbers) < 2:
+        return []
+    out = normal * _sign(side) * (wall.thickness / 2 + BESIDE)
+    line = shapely.LineString([np.array(wall.start) + out, np.array(wall.end) + out])
+    spans: list[tuple[float, float]] = []
+    for number in numbers:
+        places = (shapely.get_coordinates(line.intersection(spaces[number].polygon)) - start) @ direction
+        if len(places):
+            spans.append((float(places.min()), float(places.max())))
+    spans.sort()
+    return [(a[1] + b[0]) / 2 for a, b in itertools.pairwise(spans)]
 
 
 def _before(wall: WallShape, side: Side, points: WallPoints, stations: F64) -> WallPoints:
@@ -125,8 +162,10 @@ def _depth(wall: WallShape, side: Side, points: WallPoints) -> F32:
 
 def _levelled(points: WallPoints, depth: F32) -> F32:
     """Distances to the plane fitted to the face's own points, each station's small offset taken off."""
-    near = np.abs(depth) < ON_PLANE
-    if near.sum() < 200:
+    near, wide = np.abs(depth) < ON_PLANE, np.abs(depth) < OFF_PLANE
+    if near.sum() < 0.2 * wide.sum():
+        near = wide
+    if near.sum() < LEAST:
         return depth
     terms = np.stack([np.ones(len(depth)), points.along, points.up], 1)
     rows = np.flatnonzero(near)[:: max(1, int(near.sum()) // 20_000)]
@@ -151,7 +190,7 @@ def _levelled(points: WallPoints, depth: F32) -> F32:
 
 def _mode(depth: F32) -> float:
     """The most frequent depth: middle of the fullest 6 mm."""
-    counts, edges = np.histogram(depth, np.arange(-ON_PLANE, ON_PLANE + 0.001, 0.002))
+    counts, edges = np.histogram(depth, np.arange(-OFF_PLANE, OFF_PLANE + 0.001, 0.002))
     best = int(np.argmax(np.convolve(counts, np.ones(3), mode="same")))
     return float(edges[best] + edges[best + 1]) / 2
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK
+from scan2bim.openings.closed.profiles import DEEPEST
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.orthoimage import COARSE, PIXEL
 
@@ -20,8 +21,14 @@ LINTEL = (0.10, 0.35)
 """Distance above a rectangle's head, metres, between which wall is looked for: beyond trims."""
 SKIN = 0.012
 """Distance from the wall's plane, metres, within which a point is the wall's own: plaster's unevenness and noise."""
-TRIM = 0.08
+STEP = 0.03
+"""Distance from the wall's fitted plane, metres, at which its flanks may lie together."""
+TRIM = 0.10
 """Width, metres, of trims and frames."""
+SHADOW = 0.15
+"""Distance outwards from a rectangle, metres, at which the wall shows again: a trim hides a strip of it."""
+ALIKE_DEPTH, ALIKE_COLOUR = 0.006, 0.08
+"""Difference of depth (metres) and colour (of 1) up to which two columns belong to one leaf."""
 HANDLE_BAND = (0.85, 1.25)
 """Heights, metres, of handles: trade 0.85 (disabled access) to 1.15, and the lever's own extent."""
 HANDLE_REACH = 0.25
@@ -33,14 +40,16 @@ F32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class FaceEvidence:
-    """Of one face. ``left``, ``right``, ``head`` share of each side that is a discontinuity, ``outline`` their mean;
-    ``seen`` share of the rectangle with data; ``recess`` metres by which its inside lies behind the wall beside it
-    (negative: before it), nan where unseen; ``rough`` metres, median deviation of the inside from its own depth;
-    ``colour`` difference of inside and beside, 0-1; ``trim`` metres by which a strip round it stands out; ``beyond``
-    share of its sides' lines that go on above the head; ``foot`` share of discontinuities in the lowest 40 cm of its
-    sides; ``handle`` height over the base, metres, None where none was seen, and ``handle_side`` of the leaf;
-    ``through`` share that stations looked through; ``dominant`` share of its most frequent depth;
-    ``lintel`` and ``flank`` share of wall, seen in its plane, above the head and beside.
+    """Of one face.
+
+    left, right, head: share of each side that is a discontinuity; ``outline`` their mean. seen: share of the rectangle
+    with data. recess: metres by which its inside lies behind the wall beside it (negative: before it), nan where
+    unseen. rough: metres, median deviation of the inside from its own depth. colour: difference of inside and beside,
+    0-1. trim: metres by which a strip round it stands out. beyond: share of its sides' lines that go on above the head.
+    foot: share of discontinuities in the lowest 40 cm of its sides. handle: height over the base, metres, None where
+    none was seen, and handle_side of the leaf. through: share that stations looked through. dominant: share of its most
+    frequent depth. whole: share of its columns that have one depth and colour. lintel, flank: share of wall, seen in
+    its plane, above the head and beside.
     """
 
     left: float
@@ -57,6 +66,7 @@ class FaceEvidence:
     handle_side: str | None
     through: float
     dominant: float
+    whole: float
     lintel: float
     flank: float
 
@@ -75,14 +85,13 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
     image = face.image
     inside = _window(image.depth, image.known, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
-    beside = np.concatenate(
-        [
-            _window(image.depth, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top),
-            _window(image.depth, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top),
-        ]
+    flanks = (
+        _window(image.depth, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top),
+        _window(image.depth, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top),
     )
+    beside = np.concatenate(flanks)
     level = float(np.median(inside)) if len(inside) > 50 else float("nan")
-    wall = _wall_level(beside)
+    wall = _wall_level(*flanks)
     left, right, head = _outline(face, box)
     height, at = _handle(face, box, level)
     return FaceEvidence(
@@ -100,24 +109,31 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
         at,
         _through(face, box),
         float(np.mean(np.abs(inside - level) < 0.008)) if len(inside) > 50 else 0.0,
-        _lintel(face, box),
+        _whole(face, box, level),
+        _lintel(face, box, wall),
         float(np.mean(np.abs(beside - wall) < SKIN)) if len(beside) > 50 else 0.0,
     )
 
 
-def _wall_level(beside: F32) -> float:
-    """Depth of the wall beside a rectangle: the most of it that lies near the wall's plane, else that plane itself."""
+def _wall_level(left: F32, right: F32) -> float:
+    """Depth of the wall beside a rectangle: that of both flanks where they agree and no furniture stands there, else
+    the most of them that lies near the wall's plane, else that plane itself.
+    """
+    levels = [float(np.median(flank)) for flank in (left, right) if len(flank) > 50]
+    if len(levels) == 2 and abs(levels[0] - levels[1]) < SKIN / 2 and max(map(abs, levels)) < STEP:
+        return (levels[0] + levels[1]) / 2
+    beside = np.concatenate([left, right])
     near = beside[np.abs(beside) < SKIN]
     return float(np.median(near)) if len(near) > 50 else 0.0
 
 
-def _lintel(face: Face, box: Rectangle) -> float:
+def _lintel(face: Face, box: Rectangle, wall: float) -> float:
     """Share of the strip above the head that is wall: seen, and in its plane."""
     rows = _pixels(box.top + LINTEL[0], box.top + LINTEL[1], face.image.depth.shape[0])
     cols = _pixels(box.left + INSET, box.right - INSET, face.image.depth.shape[1])
     if rows.stop - rows.start < 4 or cols.stop <= cols.start:
         return 0.0
-    return float((face.image.known[rows, cols] & (np.abs(face.image.depth[rows, cols]) < SKIN)).mean())
+    return float((face.image.known[rows, cols] & (np.abs(face.image.depth[rows, cols] - wall) < SKIN)).mean())
 
 
 def _pixels(low: float, high: float, size: int) -> slice:
@@ -189,19 +205,35 @@ def _colour_step(face: Face, box: Rectangle) -> float:
 
 
 def _trim(face: Face, box: Rectangle, wall: float) -> float:
-    """Least metres by which strips at left, right and head stand out from the wall, within or round its lines."""
-    image = face.image
-    best = 0.0
-    for inner in (0.0, -TRIM):  # the strip lies inside the rectangle, or round it
-        strips = (
-            (box.left + inner + 0.01, box.left + inner + TRIM - 0.02, FOOT, box.top - 0.1),
-            (box.right - inner - TRIM + 0.02, box.right - inner - 0.01, FOOT, box.top - 0.1),
-            (box.left + 0.1, box.right - 0.1, box.top - inner - TRIM + 0.02, box.top - inner - 0.01),
-        )
-        values = [_window(image.depth, image.known, *strip, step=1) for strip in strips]
-        if all(len(v) > 20 for v in values):
-            best = max(best, min(float(np.median(v)) - wall for v in values))
-    return best if np.isfinite(best) else 0.0
+    """Least metres by which strips at left, right and head stand out from the wall."""
+    around = (
+        face.profiles.columns(box.left - SHADOW, box.left + TRIM, FOOT, box.top - TRIM),
+        face.profiles.columns(box.right - TRIM, box.right + SHADOW, FOOT, box.top - TRIM),
+        face.profiles.rows(box.left + TRIM, box.right - TRIM, box.top - TRIM, box.top + SHADOW),
+    )
+    return min(_stands_out(means[:, 3] - wall) for means in around)
+
+
+def _stands_out(depth: F32) -> float:
+    """Metres by which the highest strip of three pixels stands out, 0 where it does not end on both sides."""
+    known = depth[np.isfinite(depth)]
+    if len(known) < TRIM / PIXEL:
+        return 0.0
+    strip = np.convolve(known, np.ones(3) / 3, mode="valid")
+    at = int(np.argmax(strip))
+    ends = max(known[: at + 1].min(), known[at + 2 :].min())
+    return float(max(strip[at] - max(ends, 0.0), 0.0))
+
+
+def _whole(face: Face, box: Rectangle, level: float) -> float:
+    """Share of the columns inside a rectangle that have the leaf's depth and colour."""
+    means = face.profiles.columns(box.left + TRIM, box.right - TRIM, FOOT, box.top - TRIM)
+    means = means[np.isfinite(means[:, 3])]
+    if len(means) < TRIM / PIXEL or not np.isfinite(level):
+        return 0.0
+    alike = np.abs(means[:, 3] - np.clip(level, -DEEPEST, DEEPEST)) < ALIKE_DEPTH
+    alike &= np.abs(means[:, :3] - np.median(means[:, :3], 0)).max(1) < ALIKE_COLOUR
+    return float(alike.mean())
 
 
 def _through(face: Face, box: Rectangle) -> float:

@@ -4,20 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from scan2bim.cloud.panorama import Panorama
+from scan2bim.openings.closed.edges import refined
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
 from scan2bim.openings.closed.rectangles import Face, Rectangle, distinct, face_of, rectangles_on
 from scan2bim.openings.closed.score import features_of, probability
 from scan2bim.openings.near_points import WallPoints
-from scan2bim.openings.orthoimage import F64, Side, orthoimage
+from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
-from scan2bim.structure.shapes import WallShape
+from scan2bim.structure.shapes import SpaceShape, WallShape
 
 ACCEPTED = 0.5
 """Probability from which a rectangle is taken for a door."""
+OUTLINED = 0.4
+"""Share of an outline from which on a face is taken to show the door."""
+ROUGH = 0.03
+"""Metres, standard deviation of a side that is only known as a line of the image: half of a trim's width."""
+LEAF_THICKNESS = 0.04
+"""Metres: inner door leaves are 39 to 42 mm."""
+NEAR_FACE = 0.08
+"""Recess, metres, up to which a leaf lies near the face that shows it, however thick the wall may be."""
+NEARER = 0.02
+"""Difference of the recesses on both faces, metres, from which on one of them is the nearer."""
+HINGE: dict[str, Literal["start", "end"]] = {"start": "end", "end": "start"}
+"""The hinge side by the handle's."""
 SIDES: tuple[Side, Side] = ("left", "right")
 LEAVES = 1.35
 """Width, metres, of an opening from which on a door has two leaves."""
@@ -32,9 +46,19 @@ class ClosedDoor:
     evidence: Mapping[Side, FaceEvidence]
 
 
-def faces_of(wall: WallShape, points: WallPoints, stations: F64, panoramas: Mapping[int, Panorama]) -> list[Face]:
-    """The faces of a wall that were seen, with their contrasts."""
-    images = (orthoimage(wall, side, points, stations, panoramas) for side in SIDES)
+def faces_of(
+    wall: WallShape,
+    spaces: Sequence[SpaceShape],
+    points: WallPoints,
+    stations: F64,
+    panoramas: Mapping[int, Panorama],
+) -> list[Face]:
+    """The faces of a wall that were seen, with their contrasts; ``spaces`` are those of its storey."""
+    images = (
+        orthoimage(wall, side, points, stations, panoramas, breaks_of(wall, side, spaces))
+        for side in SIDES
+        if (wall.left if side == "left" else wall.right)
+    )
     return [face_of(image) for image in images if image is not None]
 
 
@@ -58,17 +82,25 @@ def _apart(a: Rectangle, b: Rectangle) -> bool:
     return a.right <= b.left or b.right <= a.left
 
 
-def closed_openings(storey: int, number: int, faces: Sequence[Face], points: WallPoints) -> list[OpeningShape]:
-    """The closed doors of wall ``number`` as openings; ``points`` are those near it."""
-    return [_opening(storey, number, door, points) for door in closed_doors(faces)]
+def closed_openings(
+    storey: int, number: int, wall: WallShape, faces: Sequence[Face], points: WallPoints
+) -> list[OpeningShape]:
+    """The closed doors of a wall, its storey's ``number``, as openings; ``points`` are those near it."""
+    return [_opening(storey, number, wall, door, faces, points) for door in closed_doors(faces)]
 
 
-def _opening(storey: int, number: int, door: ClosedDoor, points: WallPoints) -> OpeningShape:
-    box = door.box
+def _opening(
+    storey: int, number: int, wall: WallShape, door: ClosedDoor, faces: Sequence[Face], points: WallPoints
+) -> OpeningShape:
+    box, *edges = refined(faces, door.box)
+    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
+    sigma = [ROUGH if edge is None else edge.sigma for edge in edges]
     on_leaf = (points.along > box.left) & (points.along < box.right) & (points.up < box.top)
-    recess: dict[Side, float] = {side: e.recess for side, e in door.evidence.items() if np.isfinite(e.recess)}
-    nearer: Side | None = min(SIDES, key=lambda side: recess.get(side, np.inf)) if recess else None
-    seen = [e for e in door.evidence.values() if e.outline > 0.4]
+    sides, depth = _recess(wall, door)
+    shown = [e for e in door.evidence.values() if e.outline > OUTLINED]
+    handle = next(((e.handle, e.handle_side) for e in shown if e.handle is not None), (None, None))
+    leaves = 2 if box.width > LEAVES else 1
     return OpeningShape(
         storey,
         number,
@@ -78,25 +110,42 @@ def _opening(storey: int, number: int, door: ClosedDoor, points: WallPoints) -> 
         0.0,
         round(box.width, 4),
         round(box.top, 4),
-        0.03,
-        0.03,
+        round(float(np.hypot(sigma[0], sigma[1])), 4),
+        sigma[2],
         round(max(e.through for e in door.evidence.values()), 3),
         max(int(e.left > 0.5) + int(e.right > 0.5) for e in door.evidence.values()),
         any(e.lintel > 0.5 for e in door.evidence.values()),
         int(on_leaf.sum()),
         tuple(np.unique(points.station[on_leaf]).tolist()),
         round(door.probability, 3),
-        leaves=2 if box.width > LEAVES else 1,
-        recess=None if nearer is None else round(max(recess[nearer], 0.0), 4),
-        recess_side="unknown" if nearer is None else nearer,
-        handle_height=next((e.handle for e in seen if e.handle is not None), None),
+        hinge=HINGE[handle[1]] if handle[1] is not None and leaves == 1 else "unknown",
+        swing=sides,
+        leaves=leaves,
+        recess=None if depth is None else round(depth, 4),
+        recess_side=sides,
+        handle_height=handle[0],
         words=in_words(door),
     )
 
 
+def _recess(wall: WallShape, door: ClosedDoor) -> tuple[Literal["left", "right", "unknown"], float | None]:
+    """The side to whose face the leaf is nearer, which is the side that it opens to, and how far behind that face it
+    stands, metres; unknown where it stands in the middle or nothing tells.
+    """
+    measured = {s: e.recess for s, e in door.evidence.items() if np.isfinite(e.recess) and e.outline > OUTLINED}
+    across = wall.thickness - LEAF_THICKNESS
+    left = measured.get("left", across - measured["right"] if "right" in measured else None)
+    if left is None or (len(measured) == 1 and wall.thickness_sigma is None and max(measured.values()) > NEAR_FACE):
+        return "unknown", None
+    right = measured.get("right", across - left)
+    if abs(left - right) < NEARER:
+        return "unknown", None
+    return ("left", max(left, 0.0)) if left < right else ("right", max(right, 0.0))
+
+
 def in_words(door: ClosedDoor) -> tuple[str, ...]:
     """The evidence for a closed door."""
-    seen = {side: e for side, e in door.evidence.items() if e.outline > 0.4}
+    seen = {side: e for side, e in door.evidence.items() if e.outline > OUTLINED}
     words = [f"outline seen on {'both faces' if len(seen) == 2 else 'one face'}"]
     words.append(f"discontinuities on {max(e.outline for e in door.evidence.values()):.0%} of sides and head")
     recess = [e.recess for e in seen.values() if np.isfinite(e.recess)]

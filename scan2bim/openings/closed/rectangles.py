@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, level_contrast, upright_contrast
 from scan2bim.openings.closed.lines import Support, find_lines, support_of
+from scan2bim.openings.closed.profiles import Profiles, profiles_of
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
 NARROWEST, WIDEST = 0.55, 2.6
@@ -40,13 +41,14 @@ MOST_RECTANGLES = 300
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """A face with its contrasts and their support across upright and level lines."""
+    """A face with its contrasts, their support across upright and level lines, and its profiles."""
 
     image: Orthoimage
     upright: Contrast
     level: Contrast
     sides: Support
     heads: Support
+    profiles: Profiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,7 @@ class Rectangle:
 def face_of(image: Orthoimage) -> Face:
     """A face's contrasts and their support."""
     upright, level = upright_contrast(image), level_contrast(image)
-    return Face(image, upright, level, support_of(upright), support_of(level))
+    return Face(image, upright, level, support_of(upright), support_of(level), profiles_of(image))
 
 
 def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:

@@ -17,7 +17,27 @@ HEIGHT = (1.92, 2.45)
 """Usual heights of door heads, metres, trims included."""
 BIAS = -15.69
 WEIGHTS = np.array(
-    [0.77, 2.35, 1.08, -1.93, 0.49, -1.92, 5.74, 0.28, -0.11, 0.16, 0.59, -0.34, -2.49, 5.41, 1.31, 3.09, 0.07, -0.34]
+    [
+        0.77,
+        2.35,
+        1.08,
+        -1.93,
+        0.49,
+        -1.92,
+        5.74,
+        0.28,
+        -0.11,
+        0.16,
+        0.59,
+        -0.34,
+        -2.49,
+        5.41,
+        0.0,
+        1.31,
+        3.09,
+        0.07,
+        -0.34,
+    ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
 
@@ -32,7 +52,8 @@ class Features:
     (against). before: 1 for each 20 mm that the inside stands before the wall (against). recess: 1 for 20 mm or more
     behind it. colour: 1 for a change by a tenth. trim: 1 for 10 mm or more. beyond: sides that go on above the head
     (against). foot: sides seen down to the floor. handle: 1 where seen. through: share looked through (against).
-    dominant: share of the most frequent depth. lintel, flank: wall
+    dominant: share of the most frequent depth. whole: share of columns
+    of one depth and colour. lintel, flank: wall
     above the head and beside. oversize: decimetres beyond usual widths and heights (against).
     double: 1 beyond the width of a single leaf.
     """
@@ -51,6 +72,7 @@ class Features:
     handle: float
     through: float
     dominant: float
+    whole: float
     lintel: float
     flank: float
     oversize: float
@@ -81,6 +103,7 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
         float(any(e.handle is not None for e in ranked)),
         max(e.through for e in ranked),
         best.dominant,
+        best.whole,
         max(e.lintel for e in ranked),
         max(e.flank for e in ranked),
         _oversize(box),

@@ -1,0 +1,219 @@
+"""Where a closed door's opening ends: the jambs and the head behind the outline that one sees.
+
+What shows on a face is one of three things. A *step* from the wall to the frame or the leaf stands at the opening's
+edge itself. A *trim* lies on the wall and laps over the edge: by little where the leaf comes right behind it, and over
+a part of the lining where that shows between trim and leaf. A hairline *gap* round a leaf of the wall's own colour is
+the leaf's edge, and the frame between it and the opening's edge cannot be told from the wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
+from scan2bim.openings.orthoimage import PIXEL
+
+REACH = 0.20
+"""Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width and a frame's."""
+LEAST_PLACES = 12
+"""Places across an edge that must have been seen."""
+TALL_ENOUGH = 20
+"""Measured pixels that a column (row) needs to be asked."""
+STANDS_OUT = 0.004
+"""Metres by which a trim stands out from the wall at least."""
+TRIM_WIDTH = (0.02, 0.15)
+"""Widths of trims, metres."""
+LINING = (0.008, 0.05)
+"""Widths, metres, of the strip of lining that shows between trim and leaf."""
+LAP = 0.025
+"""Metres by which a trim laps over a lining that shows behind it: usual linings are 22 to 30 mm thick."""
+FRAME = 0.03
+"""Metres from a leaf's hairline gap to the opening's edge, behind a frame that cannot be told from the wall."""
+DEPTH_STEP, COLOUR_STEP = 0.003, 0.03
+"""Least change of depth (metres) and colour (of 1) that is an edge, if it exceeds four times the columns' noise."""
+SIGMAS = {"step": 0.006, "trim": 0.010, "lined": 0.010, "gap": 0.015}
+"""How far from the truth, metres, an edge of each kind is."""
+F64 = NDArray[np.float64]
+Kind = Literal["step", "trim", "lined", "gap"]
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A side or head of an opening at ``place`` metres, with its sigma, and what showed it."""
+
+    place: float
+    sigma: float
+    kind: Kind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Profile:
+    """Outwards from a side: distance ``t`` (n,) metres, ``values`` (n, 4) medians of red, green, blue and depth, nan
+    where not seen, and ``means`` of the same, in which a hairline shows; ``noise`` (4,) of neighbours' means.
+    """
+
+    t: F64
+    values: F64
+    means: F64
+    noise: F64
+
+
+def refined(faces: Sequence[Face], box: Rectangle) -> tuple[Rectangle, Edge | None, Edge | None, Edge | None]:
+    """The opening behind a rectangle, and the edges left, right and at the head as far as they were found."""
+    found = [_of_face(face, box) for face in faces]
+    left, right, head = (_best([edges[k] for edges in found]) for k in range(3))
+    return (
+        Rectangle(
+            box.left - left.place if left else box.left,
+            box.right + right.place if right else box.right,
+            box.top + head.place if head else box.top,
+        ),
+        left,
+        right,
+        head,
+    )
+
+
+def _of_face(face: Face, box: Rectangle) -> list[Edge | None]:
+    """The edges left, right and at the head on one face. A lining that shows on one side is there on all."""
+    profiles = (_upright(face, box, box.left, -1), _upright(face, box, box.right, 1), _level(face, box))
+    edges = [_edge(profile) for profile in profiles]
+    lined = any(e is not None and e.kind == "lined" for e in edges)
+    return [
+        replace(e, place=e.place + LAP, kind="lined") if lined and e is not None and e.kind == "trim" else e
+        for e in edges
+    ]
+
+
+def _best(found: Sequence[Edge | None]) -> Edge | None:
+    """The edge that is known best; of several of one kind their mean."""
+    edges = [e for e in found if e is not None]
+    if not edges:
+        return None
+    sure = min(e.sigma for e in edges)
+    best = [e for e in edges if e.sigma == sure]
+    return Edge(float(np.mean([e.place for e in best])), sure, best[0].kind)
+
+
+def _upright(face: Face, box: Rectangle, side: float, outward: int) -> _Profile:
+    """Across a side: medians of columns between foot and head."""
+    image = face.image
+    rows = slice(round(FOOT / PIXEL), max(round((box.top - 0.15) / PIXEL), round(FOOT / PIXEL) + 1))
+    t, cols = _places(side, outward, image.depth.shape[1])
+    return _profile(t, image.rgb[rows, cols], image.depth[rows, cols], image.count[rows, cols] > 0)
+
+
+def _level(face: Face, box: Rectangle) -> _Profile:
+    """Across the head: medians of rows between the sides."""
+    image = face.image
+    width = image.depth.shape[1]
+    cols = slice(min(max(round((box.left + 0.12) / PIXEL), 0), width), max(round((box.right - 0.12) / PIXEL), 0))
+    t, rows = _places(box.top, 1, image.depth.shape[0])
+    rgb, depth, known = image.rgb[rows, cols], image.depth[rows, cols], image.count[rows, cols] > 0
+    return _profile(t, rgb.transpose(1, 0, 2), depth.T, known.T)
+
+
+def _places(side: float, outward: int, size: int) -> tuple[F64, NDArray[np.int64]]:
+    """Distances outwards from a side, ascending, and the pixels there."""
+    steps = np.arange(-round(REACH / PIXEL), round(REACH / PIXEL) + 1)
+    pixels = round(side / PIXEL) + outward * steps
+    inside = (pixels >= 0) & (pixels < size)
+    t = ((pixels.astype(np.float64) + 0.5) * PIXEL - side) * outward
+    return t[inside], pixels[inside]
+
+
+def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measured: NDArray[np.bool_]) -> _Profile:
+    """From pixels (k, n, ...) of n columns."""
+    values = np.concatenate([rgb, depth[..., None]], 2).astype(np.float64)
+    values[~measured] = np.nan
+    enough = measured.sum(0) >= TALL_ENOUGH
+    out, means = np.full((len(t), 4), np.nan), np.full((len(t), 4), np.nan)
+    if enough.any():
+        out[enough] = np.nanmedian(values[:, enough], axis=0)
+        means[enough] = np.nanmean(values[:, enough], axis=0)
+    steps = np.abs(np.diff(means, axis=0))
+    noise = np.array([np.nanmedian(s) if np.isfinite(s).any() else 0.0 for s in steps.T])
+    return _Profile(t, out, means, noise)
+
+
+def _edge(profile: _Profile) -> Edge | None:
+    """The opening's edge as one face shows it, ``place`` outwards from the side."""
+    known = np.isfinite(profile.values[:, 3])
+    if known.sum() < LEAST_PLACES:
+        return None
+    seen = _Profile(profile.t[known], profile.values[known], profile.means[known], profile.noise)
+    return _trim(seen) or _outermost_step(seen)
+
+
+def _trim(profile: _Profile) -> Edge | None:
+    """The edge that a strip standing out from the wall laps over."""
+    t, depth = profile.t, profile.values[:, 3]
+    outside = depth[t > 0.12]
+    wall = float(np.median(outside[np.abs(outside) < 0.012])) if (np.abs(outside) < 0.012).sum() >= 3 else 0.0
+    for first, last in _runs(depth - wall > STANDS_OUT):
+        width = t[last] - t[first] + PIXEL
+        if not (TRIM_WIDTH[0] <= width <= TRIM_WIDTH[1]) or first < 2 or last == len(t) - 1:
+            continue
+        top = float(np.median(depth[first : last + 1]))
+        inner = _crossing(t, depth, first - 1, (top + depth[first - 2]) / 2)
+        lined = _lining(profile, depth - wall, first)
+        return Edge(inner + LAP, SIGMAS["lined"], "lined") if lined else Edge(inner, SIGMAS["trim"], "trim")
+    return None
+
+
+def _lining(profile: _Profile, depth: F64, first: int) -> bool:
+    """Whether a strip of lining shows inside the trim that begins at ``first``, and then a gap or something deeper."""
+    strip = 0
+    while first - 2 - strip >= 0 and abs(depth[first - 2 - strip]) < STANDS_OUT:
+        strip += 1
+    return bool(LINING[0] <= strip * PIXEL <= LINING[1]) or _hairline(profile, first - 2, first - 5)
+
+
+def _hairline(profile: _Profile, start: int, stop: int) -> bool:
+    """Whether one of the places from ``start`` down to ``stop`` is a gap: darker or deeper than both its neighbours."""
+    means, least = profile.means, _least(profile)
+    for i in range(start, max(stop, 1), -1):
+        line = means[i] - np.maximum(means[i - 1], means[i + 1])
+        lower = means[i] - np.minimum(means[i - 1], means[i + 1])
+        if (line < -least).any() and (lower[:3] < 0).all():
+            return True
+    return False
+
+
+def _least(profile: _Profile) -> F64:
+    """Least change of colour and depth that is none of chance."""
+    return np.maximum(np.array([COLOUR_STEP] * 3 + [DEPTH_STEP]), 4 * profile.noise)
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last place of each run of a mask."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return [(int(a), int(b) - 1) for a, b in zip(edge[::2], edge[1::2], strict=True)]
+
+
+def _crossing(t: F64, values: F64, at: int, level: float) -> float:
+    """Where the values pass a level between ``at`` and the next place, or half way."""
+    a, b = values[at], values[at + 1]
+    share = (level - a) / (b - a) if abs(b - a) > 1e-9 else 0.5
+    return float(t[at] + np.clip(share, 0.0, 1.0) * (t[at + 1] - t[at]))
+
+
+def _outermost_step(profile: _Profile) -> Edge | None:
+    """The outermost place where depth or colour changes for good, else the outermost hairline."""
+    t, values, least = profile.t, profile.values, _least(profile)
+    for i in range(len(t) - 4, 3, -1):
+        outer, inner = np.median(values[i + 1 : i + 4], 0), np.median(values[i - 3 : i], 0)
+        change = np.abs(outer - inner) / least
+        if change.max() > 1:
+            k = int(np.argmax(change))
+            near = range(max(i - 3, 0), min(i + 3, len(t) - 1))
+            at = max(near, key=lambda j: abs(values[j + 1, k] - values[j, k]))
+            return Edge(_crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2), SIGMAS["step"], "step")
+        if _hairline(profile, i, i - 1):
+            return Edge(float(t[i]) + FRAME, SIGMAS["gap"], "gap")
+    return None
