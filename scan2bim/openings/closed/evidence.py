@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK
+from scan2bim.openings.closed.lines import Support
 from scan2bim.openings.closed.profiles import DEEPEST
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.orthoimage import COARSE, PIXEL
@@ -25,6 +26,8 @@ STEP = 0.03
 """Distance from the wall's fitted plane, metres, at which its flanks may lie together."""
 TRIM = 0.10
 """Width, metres, of trims and frames."""
+SLACK = (-0.02, -0.01, 0.0, 0.01, 0.02)
+"""Metres by which a side may be off its line."""
 SHADOW = 0.15
 """Distance outwards from a rectangle, metres, at which the wall shows again: a trim hides a strip of it."""
 ALIKE_DEPTH, ALIKE_COLOUR = 0.006, 0.08
@@ -153,41 +156,38 @@ def _share(mask: NDArray[np.bool_], box: Rectangle) -> float:
     return float(part[::2, ::2].mean()) if part.size else 0.0
 
 
-def _line(place: float) -> NDArray[np.int64]:
-    return np.array([round(place / PIXEL)])
+def _piece(place: float) -> int:
+    return round(place / PIXEL / BLOCK)
 
 
-def _piece(place: float) -> NDArray[np.int64]:
-    return np.array([round(place / PIXEL / BLOCK)])
+def _supported(support: Support, places: Sequence[float], first: int, last: int) -> F32:
+    """Share (n,) of discontinuities on lines at several places, metres, between two pieces."""
+    at = np.array([round(place / PIXEL) for place in places])
+    return support.share(at, np.full(len(at), first), np.full(len(at), last))[0]
 
 
 def _outline(face: Face, box: Rectangle) -> tuple[float, float, float]:
     """Share of discontinuities on left side, right side and head; each may be off by a few pixels."""
-    first, last = _piece(FOOT), _piece(box.top - 0.04)
-    start, end = _piece(box.left + 0.05), _piece(box.right - 0.05)
-    slack = (-0.02, -0.01, 0.0, 0.01, 0.02)
-    left = max(float(face.sides.share(_line(box.left + d), first, last)[0][0]) for d in slack)
-    right = max(float(face.sides.share(_line(box.right + d), first, last)[0][0]) for d in slack)
-    head = max(float(face.heads.share(_line(box.top + d), start, end)[0][0]) for d in slack)
-    return left, right, head
+    top = _piece(box.top - 0.04)
+    sides = [place + d for place in (box.left, box.right) for d in SLACK]
+    left, right = _supported(face.sides, sides, _piece(FOOT), top).reshape(2, -1).max(1)
+    heads = [box.top + d for d in SLACK]
+    head = _supported(face.heads, heads, _piece(box.left + 0.05), _piece(box.right - 0.05)).max()
+    return float(left), float(right), float(head)
 
 
 def _beyond(face: Face, box: Rectangle) -> float:
     """Share of discontinuities on the sides' lines between 15 and 60 cm above the head."""
-    first, last = _piece(box.top + 0.15), _piece(box.top + 0.6)
-    last = np.minimum(last, face.sides.pieces - 1)
-    if last[0] - first[0] < 2:
+    first, last = _piece(box.top + 0.15), min(_piece(box.top + 0.6), face.sides.pieces - 1)
+    if last - first < 2:
         return 0.0
-    return max(float(face.sides.share(_line(place), first, last)[0][0]) for place in (box.left, box.right))
+    return float(_supported(face.sides, (box.left, box.right), first, last).max())
 
 
 def _foot(face: Face, box: Rectangle) -> float:
-    first, last = _piece(0.0), _piece(0.4)
-    slack = (-0.01, 0.0, 0.01)
-    return min(
-        max(float(face.sides.share(_line(place + d), first, last)[0][0]) for d in slack)
-        for place in (box.left, box.right)
-    )
+    """Share of discontinuities in the lowest 40 cm of the sides, of the lesser."""
+    sides = [place + d for place in (box.left, box.right) for d in SLACK]
+    return float(_supported(face.sides, sides, 0, _piece(0.4)).reshape(2, -1).max(1).min())
 
 
 def _colour_step(face: Face, box: Rectangle) -> float:

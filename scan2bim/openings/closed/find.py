@@ -45,6 +45,11 @@ class ClosedDoor:
     probability: float
     evidence: Mapping[Side, FaceEvidence]
 
+    @property
+    def whole(self) -> float:
+        """Share of the rectangle that has one depth and colour, on the face where that is least."""
+        return min((e.whole for e in self.evidence.values() if e.outline > OUTLINED), default=0.0)
+
 
 def faces_of(
     wall: WallShape,
@@ -63,10 +68,10 @@ def faces_of(
 
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
-    """The closed doors of a wall, the surest of those that overlap."""
+    """The closed doors of a wall; of those that overlap the one that is surest and holds nothing but a leaf."""
     judged = [_judged(faces, box) for box in distinct(rectangles_on(faces))]
     kept: list[ClosedDoor] = []
-    for door in sorted(judged, key=lambda d: -d.probability):
+    for door in sorted(judged, key=lambda d: -d.probability * d.whole):
         if door.probability >= ACCEPTED and all(_apart(door.box, k.box) for k in kept):
             kept.append(door)
     return kept

@@ -33,7 +33,7 @@ MOST_LINES = 60
 """Upright lines of a wall that are combined, the best: more is a pattern, and work grows with the square."""
 SAME = 0.85
 """Overlap (intersection over union) from which two rectangles are the same thing."""
-MOST_DISTINCT = 40
+MOST_DISTINCT = 30
 """Different rectangles of a wall that are looked at closely."""
 MOST_RECTANGLES = 300
 """Rectangles of a wall that are looked at closely, the best supported."""

@@ -15,28 +15,28 @@ SINGLE, DOUBLE = (0.66, 1.30), (1.25, 2.25)
 """Widths, metres, between the outlines of usual doors, of one and of two leaves, trims included."""
 HEIGHT = (1.92, 2.45)
 """Usual heights of door heads, metres, trims included."""
-BIAS = -15.69
+BIAS = -16.52
 WEIGHTS = np.array(
     [
-        0.77,
-        2.35,
-        1.08,
-        -1.93,
-        0.49,
-        -1.92,
-        5.74,
+        0.79,
+        2.32,
+        1.19,
+        -1.81,
+        0.23,
+        -1.82,
+        5.81,
+        0.23,
+        2.88,
         0.28,
-        -0.11,
-        0.16,
-        0.59,
-        -0.34,
-        -2.49,
-        5.41,
-        0.0,
-        1.31,
-        3.09,
-        0.07,
-        -0.34,
+        0.61,
+        -0.36,
+        -2.52,
+        5.06,
+        0.29,
+        1.47,
+        3.79,
+        0.17,
+        -0.37,
     ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
