@@ -39,6 +39,7 @@ from scan2bim.stages import (
     ReadTask,
     Stage,
     later_keys,
+    run_debug_images,
     run_model,
     run_openings,
     run_structure,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+DRAWING = "debug images"
 Body = Callable[[Folders, Path, Settings, Progress], None]
 
 
@@ -145,6 +147,9 @@ class Run:
         """The building that the measured scans show."""
         folders = replace(folders, structure=self.stage(STRUCTURE, keys, run_structure, folders))
         folders = replace(folders, openings=self.stage(OPENINGS, keys, run_openings, folders))
+        if self.request.debug_images is not None:
+            with guarded(DRAWING, self.work.root), self.reporter.stage(DRAWING) as progress:
+                run_debug_images(folders, self.request.debug_images, self.settings, progress)
         return self.model(scans, frame, keys, folders)
 
     def survey(self, scans: ScanSet) -> tuple[ScanSet, SurveyFrame]:

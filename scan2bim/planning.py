@@ -31,6 +31,7 @@ class Request:
     keep_going: bool = False
     rerun_from: str | None = None
     jobs: int | None = None
+    debug_images: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -176,6 +176,13 @@ def run_openings(folders: Folders, folder: Path, settings: Settings, progress: P
     find_openings(folders.structure, folders.surfels, folders.scans, folder, settings.openings, progress)
 
 
+def run_debug_images(folders: Folders, pictures: Path, settings: Settings, progress: Progress) -> None:
+    """Write pictures of how openings are found on each wall."""
+    from scan2bim.openings.build import draw_openings
+
+    draw_openings(folders.structure, folders.surfels, folders.scans, pictures, settings.openings, progress)
+
+
 def run_model(name: str, scans: ScanSet, frame: SurveyFrame, folders: Folders) -> Building:
     """Assemble the building and note on it what was left out."""
     from scan2bim.assemble import assemble_building

@@ -75,6 +75,7 @@ def make_request(options: Namespace) -> Request:
         keep_going=options.keep_going,
         rerun_from=options.rerun_from,
         jobs=options.jobs,
+        debug_images=Path(options.debug_images) if options.debug_images else None,
     )
 
 
