@@ -66,7 +66,7 @@ def draw_openings(
     """Write pictures of each step on each face of all walls into a folder."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    for near in _near_walls(structure, scene, scan_folders, progress):
+    for near in near_walls(structure, scene, scan_folders, progress):
         name = f"storey{near.storey}-wall{near.place + 1:02d}"
         faces = near.faces(structure, scene)
         draw_wall(pictures, name, faces, closed_doors(faces), settings)
@@ -83,7 +83,7 @@ def openings_of(
     virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
     index = PlanIndex(scene.surfels.xyz)
     found: list[OpeningShape] = []
-    for near in _near_walls(structure, scene, scan_folders, progress):
+    for near in near_walls(structure, scene, scan_folders, progress):
         image = wall_image(
             near.wall, near.points, near.panoramas or _close(virtual[near.storey], near.wall), scene.stations
         )
@@ -99,7 +99,7 @@ def openings_of(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _NearWall:
+class NearWall:
     """A wall with its place in its storey, the points near it and the stations near enough to be asked about it."""
 
     storey: int
@@ -114,16 +114,16 @@ class _NearWall:
         return faces_of(self.wall, spaces, self.points, scene.stations, self.panoramas)
 
 
-def _near_walls(
+def near_walls(
     structure: StructureShape, scene: Scene, scan_folders: Sequence[Path], progress: Callable[[float], None]
-) -> Iterator[_NearWall]:
+) -> Iterator[NearWall]:
     """The walls of all storeys with what is near them, neighbourhood by neighbourhood."""
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]
     index = PlanIndex(scene.surfels.xyz)
     expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
     for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
-        yield _NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
+        yield NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
         progress((done + 1) / len(walls))
 
 

@@ -17,7 +17,7 @@ STRIP = 3
 """Width, pixels, of the strips on both sides of a line that are compared: trims and frames are 25 mm and wider."""
 BLOCK = 10
 """Length, pixels, of a line's pieces."""
-FLOORS = (0.012, 0.012, 0.012, 0.0015)
+FLOORS = (0.005, 0.005, 0.005, 0.0012)
 """Least noise of a piece's contrast in red, green, blue (of 1) and depth (metres): below it no wall is even."""
 LEAST = 3
 """Measured pixels that a strip's piece must have."""

@@ -87,8 +87,16 @@ def find_lines(support: Support, contrast: Contrast, first: int, last: int, leas
     score = np.where((share >= least) & (seen > 0.3), share + 0.1 * strength, 0)
     padded = np.pad(score, apart)
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * apart + 1).max(1)
-    best = np.flatnonzero((score > 0) & (score >= window))
-    return best[np.append(True, np.diff(best) > 1)] if len(best) else best
+    return middles(np.flatnonzero((score > 0) & (score >= window)))
+
+
+def middles(places: I64) -> I64:
+    """Of each run of neighbouring places (n,) the middle one."""
+    if not len(places):
+        return places
+    first = np.append(True, np.diff(places) > 1)
+    last = np.append(first[1:], True)
+    return (places[first] + places[last]) // 2
 
 
 def pieces_of(low: float, high: float, pixel: float) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.config import OpeningSettings
+from scan2bim.openings.closed.lines import middles
 from scan2bim.openings.orthoimage import PIXEL
 
 NEAR = 1
@@ -97,8 +98,7 @@ def _peaks(histogram: NDArray[np.integer], least: float) -> I64:
     """Local maxima of a lateral histogram that are long enough, the strongest MOST_LINES, in order."""
     padded = np.pad(histogram, 2)
     window = np.lib.stride_tricks.sliding_window_view(padded, 5).max(1)
-    at = np.flatnonzero((histogram >= least) & (histogram >= window))
-    at = at[np.append(True, np.diff(at) > 1)] if len(at) else at
+    at = middles(np.flatnonzero((histogram >= least) & (histogram >= window)))
     return np.sort(at[np.argsort(-histogram[at], kind="stable")[:MOST_LINES]])
 
 
