@@ -15,28 +15,28 @@ SINGLE, DOUBLE = (0.66, 1.30), (1.25, 2.25)
 """Widths, metres, between the outlines of usual doors, of one and of two leaves, trims included."""
 HEIGHT = (1.92, 2.45)
 """Usual heights of door heads, metres, trims included."""
-BIAS = -16.52
+BIAS = -16.69
 WEIGHTS = np.array(
     [
-        0.79,
-        2.32,
-        1.19,
-        -1.81,
-        0.23,
-        -1.82,
-        5.81,
-        0.23,
-        2.88,
-        0.28,
-        0.61,
-        -0.36,
-        -2.52,
-        5.06,
-        0.29,
+        0.25,
         1.47,
-        3.79,
-        0.17,
-        -0.37,
+        0.72,
+        -1.1,
+        -1.19,
+        -2.04,
+        5.6,
+        0.51,
+        2.02,
+        -0.34,
+        0.46,
+        0.45,
+        -2.72,
+        6.02,
+        1.04,
+        1.38,
+        3.96,
+        -0.15,
+        -0.15,
     ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
