@@ -19,9 +19,7 @@ from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
-from scan2bim.openings.leaves import AJAR, find_leaf
 from scan2bim.openings.near_points import BAND, WallPoints, points_by_wall
-from scan2bim.openings.near_points import BAND, points_by_wall
 from scan2bim.openings.open import find_open
 from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape, save_openings
