@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from scan2bim.config import ExportSettings
+from scan2bim.exporters.ifc_boundaries import add_boundaries
 from scan2bim.exporters.ifc_classes import ClassBook
 from scan2bim.exporters.ifc_draft import Draft, contain
 from scan2bim.exporters.ifc_file import IfcFile, TypeBook
@@ -39,6 +40,7 @@ def export(building: Building, path: Path, settings: ExportSettings = ExportSett
         parts = (add_walls, add_plates, add_members, add_stairs, add_roofs)
         contain(draft, level, [product for add in parts for product in add(draft, level, storey)])
         add_spaces(draft, level, storey)
+    add_boundaries(draft, building, levels)
     draft.types.relate()
     draft.classes.relate()
     ifc.drop_leftovers()

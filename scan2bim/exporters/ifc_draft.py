@@ -57,13 +57,13 @@ def unknown_material(ifc: IfcFile) -> Entity:
     return made[0] if made else ifc.add("IfcMaterial", "Unknown", "Seen by a scanner from outside only", None)
 
 
-def contain(draft: Draft, level: Level, products: Iterable[Entity]) -> None:
-    """Puts the products into the storey."""
+def contain(draft: Draft, level: Level, products: Iterable[Entity], what: str = "contents") -> None:
+    """Puts the products into the storey; ``what`` they are tells apart what is put there at several times."""
     listed = list(products)
     if listed:
         draft.ifc.root(
             "IfcRelContainedInSpatialStructure",
-            f"contents of {level.entity.GlobalId}",
+            f"{what} of {level.entity.GlobalId}",
             RelatedElements=listed,
             RelatingStructure=level.entity,
         )

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 from scan2bim.exporters.ifc_file import Entity, IfcFile
 from scan2bim.model.elements import Point2, Ring
+from scan2bim.model.plates import LEAST_AREA, valid_areas
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
 UP = (0.0, 0.0, 1.0)
-LEAST_AREA = 1e-4
-"""Square metres. What is smaller is no plate or room but a leftover of a crossing outline."""
+STRAY = 0.001
+"""Metres. Corners of an outline nearer than this to the line between their neighbours are no corners."""
 
 
 def placement(
@@ -76,18 +77,14 @@ def shape(ifc: IfcFile, *representations: Entity) -> Entity:
 
 
 def polygons(outline: Ring, holes: Sequence[Ring] = ()) -> list[Polygon]:
-    """The area of an outline as valid polygons, outlines counter-clockwise and holes clockwise: one as a rule.
+    """The area of an outline as valid polygons: one as a rule, none where it has no area, several where it crosses.
 
-    None where the outline has no area, several where it crosses itself.
+    Corners that stray from a straight line by less than ``STRAY`` are left out.
     """
     import shapely
 
-    if len(set(outline)) < 3:
-        return []
-    area = shapely.Polygon(outline, [hole for hole in holes if len(set(hole)) >= 3])
-    valid = area if area.is_valid else shapely.make_valid(area)
-    parts = [part for part in shapely.get_parts(shapely.get_parts(valid)) if isinstance(part, shapely.Polygon)]
-    return [shapely.orient_polygons(part) for part in parts if part.area > LEAST_AREA]
+    simple = [shapely.orient_polygons(area.simplify(STRAY)) for area in valid_areas(outline, holes)]
+    return [area for area in simple if isinstance(area, shapely.Polygon) and area.area > LEAST_AREA]
 
 
 def rings(polygon: Polygon) -> tuple[Ring, tuple[Ring, ...]]:

@@ -1,4 +1,4 @@
-"""Spaces, and which walls, doors and windows bound them."""
+"""Spaces: body, footprint, properties and quantities."""
 
 from __future__ import annotations
 
@@ -9,18 +9,13 @@ from scan2bim.exporters.ifc_file import Entity
 from scan2bim.exporters.ifc_shapes import placement, polygons, polyline, prisms, representation, rings, shape
 from scan2bim.exporters.ifc_styles import SPACE_TRANSPARENCY
 from scan2bim.model.colours import colour_of
-from scan2bim.model.elements import Opening, Space, Storey, Wall
-from scan2bim.model.queries import opening_corners
+from scan2bim.model.elements import Space, Storey
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
-BESIDE = 0.15
-"""Metres. A door or window bounds the space that lies this far from the wall's face, at its middle."""
-
-
 def add_spaces(draft: Draft, level: Level, storey: Storey) -> None:
-    """The storey's spaces as its parts, after the walls that bound them."""
+    """The storey's spaces as its parts."""
     made: dict[str, Entity] = {}
     areas: dict[str, list[Polygon]] = {}
     for space in storey.spaces:
@@ -30,8 +25,6 @@ def add_spaces(draft: Draft, level: Level, storey: Storey) -> None:
             continue
         made[space.id] = _space(draft, level, space, areas[space.id])
     aggregate(draft.ifc, level.entity, made.values())
-    for wall in storey.walls:
-        _bound(draft, wall, made, areas)
 
 
 def _space(draft: Draft, level: Level, space: Space, areas: list[Polygon]) -> Entity:
@@ -75,42 +68,3 @@ def _quantities(space: Space, areas: list[Polygon]) -> dict[str, float]:
         "GrossVolume": gross * space.height.value,
         "NetVolume": space.volume,
     }
-
-
-def _bound(draft: Draft, wall: Wall, spaces: dict[str, Entity], areas: dict[str, list[Polygon]]) -> None:
-    """Relates the wall and what fills its openings to the spaces on its two sides."""
-    reach = wall.thickness.value / 2 + BESIDE
-    for named, left in ((wall.left_spaces, reach), (wall.right_spaces, -reach)):
-        beside = [name for name in named if name in spaces]
-        if len(beside) < len(named):
-            draft.notes.append(f"Wall {wall.name!r} ({wall.id}) borders spaces that are not in its storey.")
-        for name in beside:
-            _boundary(draft, spaces[name], name, wall, wall.id)
-        for opening in wall.openings:
-            for name in beside:
-                if opening.fill is not None and _is_beside(areas[name], wall, opening, left):
-                    _boundary(draft, spaces[name], name, wall, opening.fill.id)
-
-
-def _is_beside(areas: list[Polygon], wall: Wall, opening: Opening, left: float) -> bool:
-    from shapely import Point
-
-    first, second, _, _ = opening_corners(wall, opening, left)
-    middle = Point((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
-    return any(area.contains(middle) for area in areas)
-
-
-def _boundary(draft: Draft, space: Entity, name: str, wall: Wall, element: str) -> None:
-    """One relation a pair; the walls and fills that were left out have none."""
-    entity = draft.ifc.made(element)
-    if entity is None:
-        return
-    side = "NOTDEFINED" if wall.external is None else "EXTERNAL" if wall.external else "INTERNAL"
-    draft.ifc.root(
-        "IfcRelSpaceBoundary",
-        f"boundary of {name} by {element}",
-        RelatingSpace=space,
-        RelatedBuildingElement=entity,
-        PhysicalOrVirtualBoundary="PHYSICAL",
-        InternalOrExternalBoundary=side,
-    )

@@ -1,0 +1,123 @@
+"""Floors and ceilings of spaces: which slab, covering or roof they are of, and which space is behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from scan2bim.model.elements import Area, Building, Ring, Slab, Space, Storey
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+LEAST_AREA: Final = 1e-4
+"""Square metres. What is smaller is a leftover of a crossing outline."""
+
+SLIVER: Final = 0.01
+"""Metres. Narrower pieces of a floor or ceiling are none."""
+
+NEAR: Final = 0.15
+"""Metres. A plate whose face is this near to a space's floor or ceiling bounds it."""
+
+DEEP: Final = 1.0
+"""Metres. Deepest build-up between a space and the one above it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LevelPatch:
+    """A piece of a space's floor or ceiling (``up``) at height z, and what it is of."""
+
+    polygon: Polygon
+    z: float
+    up: bool
+    element: str | None
+    beyond: str | None
+    external: bool | None
+
+
+def valid_areas(outline: Ring, holes: Sequence[Ring] = ()) -> list[Polygon]:
+    """An outline with holes as valid polygons, outlines counter-clockwise and holes clockwise; none without area."""
+    import shapely
+
+    if len(set(outline)) < 3:
+        return []
+    area = shapely.Polygon(outline, [hole for hole in holes if len(set(hole)) >= 3])
+    valid = area if area.is_valid else shapely.make_valid(area)
+    parts = [part for part in shapely.get_parts(shapely.get_parts(valid)) if isinstance(part, shapely.Polygon)]
+    return [shapely.orient_polygons(part) for part in parts if part.area > LEAST_AREA]
+
+
+def horizontal_patches(
+    building: Building, storey: Storey, space: Space, areas: Sequence[Polygon]
+) -> Iterator[LevelPatch]:
+    """The space's floor and ceiling in pieces that cover each once."""
+    top = space.base + space.height.value
+    floors = sorted(_slabs(building, space.base, True), key=lambda slab: (abs(slab.top.value - space.base), slab.id))
+    ceilings: list[Area] = sorted(
+        (c for c in storey.coverings if abs(c.top.value - c.thickness.value - top) < NEAR),
+        key=lambda c: (abs(c.top.value - c.thickness.value - top), c.id),
+    )
+    ceilings += _slabs(building, top, False)
+    below = [s for other in building.storeys for s in other.spaces if -DEEP < _top(s) - space.base < NEAR]
+    above = [s for other in building.storeys for s in other.spaces if -NEAR < s.base - top < DEEP]
+    yield from _covered(areas, space.base, False, [(f.id, f) for f in floors], below, space.id)
+    yield from _covered(areas, top, True, [(c.id, c) for c in ceilings], above, space.id)
+
+
+def _slabs(building: Building, z: float, floor: bool) -> list[Slab]:
+    """Slabs whose upper side, or lower side, is at this height."""
+    slabs = [slab for storey in building.storeys for slab in storey.slabs]
+    if floor:
+        return [slab for slab in slabs if abs(slab.top.value - z) < NEAR]
+    return [slab for slab in slabs if -NEAR < slab.top.value - slab.thickness.value - z < DEEP / 2]
+
+
+def _top(space: Space) -> float:
+    return space.base + space.height.value
+
+
+def _covered(
+    areas: Sequence[Polygon], z: float, up: bool, plates: list[tuple[str, Area]], spaces: list[Space], own: str
+) -> Iterator[LevelPatch]:
+    import shapely
+
+    rest: BaseGeometry = shapely.union_all(list(areas))
+    for name, plate in plates:
+        outline = shapely.union_all(valid_areas(plate.outline, plate.holes))
+        external = isinstance(plate, Slab) and plate.use != "FLOOR"
+        for part in _parts(rest.intersection(outline)):
+            yield from _divided(part, z, up, name, spaces, own, external)
+        rest = rest.difference(outline)
+    for part in _parts(rest):
+        yield from _divided(part, z, up, None, spaces, own, None)
+
+
+def _divided(
+    part: Polygon, z: float, up: bool, element: str | None, spaces: list[Space], own: str, external: bool | None
+) -> Iterator[LevelPatch]:
+    """The part in pieces by the space behind."""
+    import shapely
+
+    rest: BaseGeometry = part
+    for space in spaces:
+        if space.id == own:
+            continue
+        behind = shapely.union_all(valid_areas(space.outline, space.holes))
+        shared = list(_parts(rest.intersection(behind)))
+        for piece in shared:
+            yield LevelPatch(piece, z, up, element, space.id, False)
+        if shared:
+            rest = rest.difference(shapely.union_all(shared))
+    for piece in _parts(rest):
+        yield LevelPatch(piece, z, up, element, None, external if external else None)
+
+
+def _parts(shape: BaseGeometry) -> Iterator[Polygon]:
+    """Polygons of some width."""
+    import shapely
+
+    for part in shapely.get_parts(shape):
+        if isinstance(part, shapely.Polygon) and not part.buffer(-SLIVER / 2).is_empty:
+            yield shapely.orient_polygons(part)
