@@ -87,6 +87,14 @@ def build_parser() -> argparse.ArgumentParser:
     _add_evaluate(commands.add_parser("evaluate", help="how right a building model is", description=EVALUATE))
     doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    check = commands.add_parser(
+        "check",
+        help="faults of an IFC file that validators do not see",
+        description="Check the integrity of an IFC file: what is legal by the schema and cannot be so in a building. "
+        "Exit code 1 where something was found.",
+    )
+    check.add_argument("path", metavar="FILE.ifc", help="the IFC file, of any program")
+    check.add_argument("--json", action="store_true", help="the findings as JSON on stdout")
     schema = commands.add_parser(
         "schema", help="print a JSON Schema", description="Print the JSON Schema of the model's .json files."
     )

@@ -6,8 +6,11 @@ roof planes. Between them a stair of two flights with a landing.
 
 from __future__ import annotations
 
+import numpy as np
+import shapely
 from buildings import assumed, corner, door, measured, opening, wall, window
 
+from scan2bim.geometry.arcs import Arc
 from scan2bim.model.elements import (
     Beam,
     Building,
@@ -49,9 +52,9 @@ def box(x0: float, y0: float, x1: float, y1: float) -> Ring:
     return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
 
 
-def room(key: str, name: str, outline: Ring, base: float, open_sides: tuple[OpenSide, ...] = ()) -> Space:
-    import shapely
-
+def room(
+    key: str, name: str, outline: Ring, base: float, open_sides: tuple[OpenSide, ...] = (), height: float = HEIGHT
+) -> Space:
     area = shapely.Polygon(outline).area
     return Space(
         id=f"room-{key}",
@@ -59,9 +62,9 @@ def room(key: str, name: str, outline: Ring, base: float, open_sides: tuple[Open
         confidence=0.9,
         outline=outline,
         base=base,
-        height=measured(HEIGHT),
+        height=measured(height),
         area=area,
-        volume=area * HEIGHT,
+        volume=area * height,
         open_sides=open_sides,
     )
 
@@ -133,9 +136,9 @@ def ground_walls() -> tuple[Wall, ...]:
         openings=(window("lean", 1.5, 1.0),), left_spaces=("room-store",),
     )  # fmt: skip
     inner = straight(
-        "inner", (2.5, 0.0), (2.5, 6.0), 0.12, use="PARTITIONING",
+        "inner", (2.5, front(2.5)), (2.5, 6.0), 0.12, use="PARTITIONING",
         joins=(corner("south", "start", "path"), corner("north", "end", "path")),
-        openings=(opening("md", 3.0, 0.9, 0.0, 2.1, measured_door()), opening("pass", 1.5, 0.8, 0.0, 2.0, None)),
+        openings=(opening("md", 3.8, 0.9, 0.0, 2.1, measured_door()), opening("pass", 2.3, 0.8, 0.0, 2.0, None)),
         left_spaces=("room-store",), right_spaces=("room-hall",),
     )  # fmt: skip
     counter = straight("counter", (5.5, 5.82), (5.5, 4.0), 0.1, use="PARAPET").model_copy(
@@ -144,15 +147,35 @@ def ground_walls() -> tuple[Wall, ...]:
     return south, east, north, west, inner, counter
 
 
+def front(x: float) -> float:
+    """Y of the south wall's arc at a place along its chord."""
+    arc = Arc(8.0, 0.2)
+    return float(arc.place(np.array(arc.nearest(x, -0.7)), np.array(0.0))[1])
+
+
+def behind_front(outline: Ring) -> Ring:
+    """The part of an outline that lies on the inner side of the curved wall, counter-clockwise."""
+    arc = Arc(8.0, 0.2)
+    inner = arc.place(np.linspace(0.0, arc.length, 41), np.full(41, 0.12))
+    inside = shapely.Polygon([*inner.tolist(), (9.0, 0.0), (9.0, 7.0), (-1.0, 7.0), (-1.0, 0.0)])
+    room = shapely.orient_polygons(shapely.Polygon(outline).intersection(inside))
+    return tuple((round(x, 6), round(y, 6)) for x, y in list(room.exterior.coords)[:-1])
+
+
 def ground_rooms() -> tuple[Space, ...]:
-    kitchen = OpenSide(start=(5.5, 0.1), end=(5.5, 4.0), to="room-kitchen")
-    hall = OpenSide(start=(5.5, 4.0), end=(5.5, 0.1), to="room-hall")
+    """The hall is open to the kitchen from the curved wall to the counter."""
+    low = behind_front(((5.5, -1.0), (6.0, -1.0), (6.0, 4.0), (5.5, 4.0)))
+    foot = min(y for x, y in low if x == 5.5)
+    kitchen = OpenSide(start=(5.5, foot), end=(5.5, 4.0), to="room-kitchen")
+    hall = OpenSide(start=(5.5, 4.0), end=(5.5, foot), to="room-hall")
     return (
-        room("store", "Store", box(0.12, 0.12, 2.44, 5.82), 0.0),
-        room("hall", "Hall", ((2.56, 0.1), (5.5, 0.1), (5.5, 4.0), (5.45, 4.0), (5.45, 5.82), (2.56, 5.82)), 0.0,
+        room("store", "Store", behind_front(box(0.12, -1.0, 2.44, 5.82)), 0.0),
+        room("hall", "Hall",
+             behind_front(((2.56, -1.0), (5.5, -1.0), (5.5, 4.0), (5.45, 4.0), (5.45, 5.82), (2.56, 5.82))), 0.0,
              (kitchen,)),
         room("kitchen", "Kitchen",
-             ((5.5, 0.1), (7.82, 0.1), (7.82, 5.82), (5.55, 5.82), (5.55, 4.0), (5.5, 4.0)), 0.0, (hall,)),
+             behind_front(((5.5, -1.0), (7.82, -1.0), (7.82, 5.82), (5.55, 5.82), (5.55, 4.0), (5.5, 4.0))), 0.0,
+             (hall,)),
     )  # fmt: skip
 
 
@@ -200,7 +223,7 @@ def upper_floor() -> Storey:
         name="Upper floor",
         elevation=measured(2.8),
         walls=walls,
-        spaces=(room("attic", "Attic", box(0.15, 0.15, 7.85, 5.85), 2.8),),
+        spaces=(room("attic", "Attic", box(0.15, 0.15, 7.85, 5.85), 2.8, height=1.39),),
         slabs=(plate(Slab, "upper", 2.8, 0.2, holes=(tuple(reversed(box(2.6, 1.0, 4.9, 3.2))),)),),
         roofs=tuple(
             RoofPlane(id=f"plane-{i}", name=f"Plane {i}", confidence=0.7, outline=outline, thickness=assumed(0.25))

@@ -53,6 +53,7 @@ MAY_IMPORT = {
     "verify": BASE | {"cloud", "model", "geometry"},
     "exporters": {"errors", "config", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
+    "check": {"errors"},
     "truth": {"errors", "geometry"},
     "simulate": {"errors", "cloud", "model", "geometry", "truth"},
     "evaluate": {"errors", "truth"},
@@ -61,6 +62,7 @@ MAY_IMPORT = {
     "cli": BASE
     | {
         "pipeline",
+        "check",
         "readers",
         "exporters",
         "report",

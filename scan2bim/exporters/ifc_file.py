@@ -143,6 +143,9 @@ class TypeBook:
         for key, shared in self._types.items():
             if not shared.elements:
                 continue
+            if not self._ifc.dialect.old:
+                for element in shared.elements:  # the type tells the kind; to say it twice is against the rules
+                    element.PredefinedType = None
             self._ifc.root(
                 "IfcRelDefinesByType", f"type of {key}", RelatedObjects=shared.elements, RelatingType=shared.entity
             )

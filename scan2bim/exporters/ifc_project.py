@@ -72,7 +72,7 @@ def _subcontext(ifc: IfcFile, parent: Entity, identifier: str, view: str) -> Ent
 
 def _georeference(ifc: IfcFile, frame: Frame, contexts: Sequence[Entity]) -> None:
     """Where the building lies: what was taken off its coordinates at reading, given back as the map conversion."""
-    if ifc.dialect.old or not is_georeferenced(frame):
+    if ifc.dialect.old:
         return
     metre = next(unit for unit in ifc.file.by_type("IfcSIUnit") if unit.UnitType == "LENGTHUNIT")
     crs = ifc.add("IfcProjectedCRS", _grid(frame), None, None, None, None, None, metre)

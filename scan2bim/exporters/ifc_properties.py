@@ -94,7 +94,9 @@ class PropertyBook:
         if made:
             key = f"{name} of {product.GlobalId}"
             called = self._ifc.dialect.quantity_set(name)
-            definition = self._ifc.root("IfcElementQuantity", key, called, Quantities=made)
+            definition = self._ifc.root(
+                "IfcElementQuantity", key, called, MethodOfMeasurement="BaseQuantities", Quantities=made
+            )
             self._define(product, key, definition)
 
     def _made(self, values: Mapping[str, Value | None]) -> list[Entity]:

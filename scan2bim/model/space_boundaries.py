@@ -16,13 +16,16 @@ from typing import TYPE_CHECKING, Final
 from scan2bim.model.boundary_context import Behind, Solid, StoreyPlan, plan_of
 from scan2bim.model.elements import Building, Opening, Point2, Point3, Ring, Space
 from scan2bim.model.plates import horizontal_patches
-from scan2bim.model.queries import point_on_wall
+from scan2bim.model.queries import point_on_wall, wall_direction
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
 STEP: Final = 0.005
 """Metres. Cuts of an edge that are nearer to each other are one."""
+
+PARALLEL: Final = 0.9
+"""Cosine of the angle up to which an edge runs along a wall's face."""
 
 LEAST: Final = 0.02
 """Metres. No boundary of an opening is narrower or lower."""
@@ -201,6 +204,9 @@ def _in_wall(
     wall = solid.wall
     if wall is None or opening.depth is not None:
         return
+    (dx, dy), (ux, uy) = edge.along, wall_direction(wall, opening.offset.value + opening.width.value / 2)
+    if abs(dx * ux + dy * uy) < PARALLEL:
+        return  # the wall's end, not one of its faces
     ends = [
         edge.project(point_on_wall(wall, opening.offset.value + x, 0.0, 0.0)[:2])[0] for x in (0.0, opening.width.value)
     ]

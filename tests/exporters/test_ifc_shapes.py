@@ -142,7 +142,7 @@ def test_a_gable_wall_ends_under_its_profile(house):
 def test_roof_planes_are_slabs_of_one_roof_in_their_own_planes(house):
     (roof,) = house.by_type("IfcRoof")
     parts = util.get_parts(roof)
-    assert [part.PredefinedType for part in parts] == ["ROOF", "ROOF"]
+    assert [util.get_predefined_type(part) for part in parts] == ["ROOF", "ROOF"]
     low = points(parts[0])
     for corner in every_shape().storeys[1].roofs[0].outline:
         assert np.abs(low - np.array(corner)).sum(axis=1).min() < 1e-4
