@@ -89,6 +89,8 @@ def _in_host(opening: Part, host: Part, frame: Frame) -> Iterator[Finding]:
     inner = np.linspace(a0, a1, 9)[1:-1]
     inside = host.body.contains(frame.points(inner, b0 + own * (b1 - b0), c0 + own * (c1 - c0)))
     share = inside.reshape(len(inner), -1).max(axis=0).mean()
+    if share == 0 and _already_cut(host.body, frame.centre):
+        return
     if share == 0:
         yield opening.finding("opening misses its wall", f"lies wholly outside {name}", 1.0, "share outside")
         return
@@ -103,6 +105,14 @@ def _in_host(opening: Part, host: Part, frame: Frame) -> Iterator[Finding]:
         skins.append(host.body.contains(beyond).mean())
     if max(skins) > 0.5:
         yield opening.finding("opening does not pierce its wall", f"ends inside {name}", a1 - a0, "m deep")
+
+
+def _already_cut(host: Body, centre: Floats) -> bool:
+    """Whether the host's body spans the place: some programs draw walls with their holes and the openings as well."""
+    import shapely
+
+    within = host.low[2] < centre[2] < host.high[2]
+    return bool(within and host.plan.convex_hull.contains(shapely.Point(centre[:2])))
 
 
 def _kind(opening: Part) -> str:

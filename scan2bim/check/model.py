@@ -106,6 +106,11 @@ def read_model(path: Path) -> Model:
         raise InputError(path, f"is no readable IFC file ({reason}).", "Give an IFC file (.ifc).") from error
     if not isinstance(file, ifcopenshell.file):
         raise InputError(path, "is no IFC file in STEP form.", "Save it as .ifc.")
+    return model_of(path, file)
+
+
+def model_of(path: Path, file: ifcopenshell.file) -> Model:
+    """The products of an open file with their bodies."""
     products = [p for p in file.by_type("IfcProduct") if p.is_a("IfcElement") or p.is_a("IfcSpace")]
     bodies = _bodies(file, [p for p in products if p.Representation])
     parts = {product.id(): Part(product, bodies.get(product.id())) for product in products}

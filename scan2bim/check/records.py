@@ -137,9 +137,16 @@ def _drawn(model: Model, part: Part) -> Iterator[tuple[str, float, float]]:
         yield "Height", height, unit
         yield "NetFloorArea", part.body.plan.area, area_unit
         yield "GrossFloorArea", part.body.plan.area, area_unit
-    elif part.is_a("IfcSlab", "IfcCovering") and abs(model.matrix(part.entity)[2, 2]) > 0.999:
+    elif part.is_a("IfcSlab", "IfcCovering") and _is_plate(part):
         yield "GrossArea", part.body.plan.area, area_unit
         yield "Width", height, unit
+
+
+def _is_plate(part: Part) -> bool:
+    """Whether the body is its outline in plan times its height: level, of one thickness."""
+    assert part.body is not None
+    prism = part.body.plan.area * float(part.body.high[2] - part.body.low[2])
+    return abs(abs(part.body.volume) - prism) < 0.02 * prism
 
 
 def _vertical(part: Part) -> bool:
