@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -62,7 +62,7 @@ class Body:
         if not self._plan:
             import shapely
 
-            triangles = shapely.polygons(self.corners[:, :, :2])
+            triangles: Any = shapely.polygons(self.corners[:, :, :2])
             flat = triangles[shapely.area(triangles) > 1e-8]
             self._plan.append(shapely.union_all(shapely.set_precision(flat, SNAP)))
         return self._plan[0]
@@ -91,36 +91,34 @@ class Body:
 
     def distance(self, points: Floats) -> Floats:
         """From points (k, 3) to the nearest face (k,)."""
-        best = np.full(len(points), np.inf)
-        for triangle in self.corners:
-            best = np.minimum(best, _to_triangle(points, triangle))
-        return best
+        return _to_triangles(points[:, None], self.corners).min(axis=1)
 
 
 def _side(p: Floats, u: Floats, v: Floats) -> Floats:
     return (v[:, 0] - u[:, 0]) * (p[..., 1] - u[:, 1]) - (v[:, 1] - u[:, 1]) * (p[..., 0] - u[:, 0])
 
 
-def _to_triangle(points: Floats, corners: Floats) -> Floats:
-    """Distance of points (k, 3) to one triangle (3, 3)."""
-    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-    size = float(np.linalg.norm(normal))
-    edges = np.stack([_to_segment(points, corners[i], corners[(i + 1) % 3]) for i in range(3)]).min(axis=0)
-    if size < 1e-12:
-        return edges
-    normal = normal / size
-    inside = np.ones(len(points), np.bool_)
-    for i in range(3):
-        inward = np.cross(normal, corners[(i + 1) % 3] - corners[i])
-        inside &= (points - corners[i]) @ inward >= 0
-    return np.where(inside, np.abs((points - corners[0]) @ normal), edges)
+def _to_triangles(points: Floats, corners: Floats) -> Floats:
+    """Distances (k, m) of points (k, 1, 3) to triangles (m, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = _cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / np.maximum(size, 1e-12)
+    nearest = np.full((len(points), len(corners)), np.inf)
+    inside = np.broadcast_to(size[:, 0] > 1e-12, nearest.shape).copy()
+    for start, end in ((a, b), (b, c), (c, a)):
+        along, offset = end - start, points - start
+        square = np.maximum((along**2).sum(axis=1), 1e-18)
+        share = np.clip((offset * along).sum(axis=2) / square, 0, 1)
+        nearest = np.minimum(nearest, np.linalg.norm(offset - share[..., None] * along, axis=2))
+        inside &= (offset * _cross(normal, along)).sum(axis=2) >= 0
+    return np.where(inside, np.abs(((points - a) * normal).sum(axis=2)), nearest)
 
 
-def _to_segment(points: Floats, start: Floats, end: Floats) -> Floats:
-    along = end - start
-    square = float(along @ along)
-    share = np.clip((points - start) @ along / square, 0, 1) if square > 0 else np.zeros(len(points))
-    return np.linalg.norm(points - start - share[:, None] * along, axis=1)
+def _cross(u: Floats, v: Floats) -> Floats:
+    """Cross products of rows (m, 3); numpy's own is slow on few rows."""
+    (a, b, c), (d, e, f) = u.T, v.T
+    return np.column_stack([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
 @dataclass(frozen=True, slots=True)

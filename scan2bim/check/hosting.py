@@ -39,8 +39,10 @@ class Frame:
     def ranges(self, body: Body) -> Floats:
         """(3, 2): lowest and highest across, along and up, from the opening's middle."""
         points = body.vertices - self.centre
-        columns = np.stack([points[:, :2] @ self.across, points[:, :2] @ self.along, points[:, 2]])
-        return np.stack([columns.min(axis=1), columns.max(axis=1)], axis=1)
+        sideways: Floats = points[:, :2] @ np.stack([self.across, self.along], axis=1)
+        columns: Floats = np.vstack([sideways.T, points[:, 2]])
+        ranges: Floats = np.stack([columns.min(axis=1), columns.max(axis=1)], axis=1)
+        return ranges
 
     def points(self, across: Floats, along: Floats, up: Floats) -> Floats:
         """World coordinates of all combinations (k, 3)."""

@@ -117,7 +117,7 @@ def _gaps(model: Model, spaces: list[Part], walls: list[Part]) -> Iterator[Findi
         missing = 0.0
         worst = 0.0
         for polygon in polygons_of(space.body.plan):
-            outline = polygon.simplify(0.005).exterior
+            outline: Any = polygon.exterior.simplify(0.005)
             steps = np.arange(0.05, outline.length, 0.1)
             points = shapely.line_interpolate_point(outline, steps)
             _, distance = tree.query_nearest(points, all_matches=False, return_distance=True)

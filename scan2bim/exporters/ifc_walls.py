@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from scan2bim.exporters.ifc_draft import Draft, Level, layered_type
 from scan2bim.exporters.ifc_file import Entity
@@ -11,7 +12,7 @@ from scan2bim.exporters.ifc_properties import measure
 from scan2bim.exporters.ifc_shapes import placement, representation, shape
 from scan2bim.exporters.ifc_wall_shapes import axis_curve, is_curved, wall_solid
 from scan2bim.model.colours import colour_of
-from scan2bim.model.elements import Join, Ring, Storey, Wall
+from scan2bim.model.elements import Join, Point2, Ring, Storey, Wall
 from scan2bim.model.queries import wall_direction, wall_length
 from scan2bim.model.shapes import to_plan
 from scan2bim.model.wall_measures import measure_wall
@@ -19,6 +20,8 @@ from scan2bim.model.wall_outlines import wall_outlines
 
 LEAST_THICKNESS = 0.001
 """Metres. Thickness is written in whole millimetres, as wall types are known by it, and never as nothing."""
+
+End = Literal["start", "end", "path"]
 
 TOUCHING = 0.01
 """Metres. A wall that ends this near to another one meets it."""
@@ -123,7 +126,8 @@ def _connect_touching(draft: Draft, walls: Sequence[Wall], outlines: dict[str, R
     tree = shapely.STRtree(areas)
     joined = {frozenset((wall.id, join.wall)) for wall in walls for join in wall.joins}
     for wall in walls:
-        for at, along in (("start", 0.0), ("end", wall_length(wall))):
+        places: dict[End, float] = {"start": 0.0, "end": wall_length(wall)}
+        for at, along in places.items():
             end = shapely.Point(to_plan(wall, along, 0.0))
             hits: list[int] = tree.query(end, predicate="dwithin", distance=TOUCHING).tolist()
             near = [walls[i] for i in hits if walls[i] is not wall and _beside(wall, walls[i])]
@@ -131,8 +135,10 @@ def _connect_touching(draft: Draft, walls: Sequence[Wall], outlines: dict[str, R
                 continue
             other = min(near, key=lambda found: found.id)
             joined.add(frozenset((wall.id, other.id)))
-            ends = {"start": other.start, "end": other.end}
-            meets = next((o for o, p in ends.items() if end.distance(shapely.Point(p)) < other.thickness.value), "path")
+            ends: dict[End, Point2] = {"start": other.start, "end": other.end}
+            reach = other.thickness.value
+            met: list[End] = [o for o, p in ends.items() if end.distance(shapely.Point(p)) < reach]
+            meets: End = met[0] if met else "path"
             join = Join(wall=other.id, at=at, other_at=meets, kind="T" if meets == "path" else "L")
             _path_relation(draft, wall, join, made)
 

@@ -166,7 +166,7 @@ def opening_half_out_of_its_wall(f):
 @mutation
 def opening_past_the_end(f):
     """opening leaves its wall"""
-    shift(f, of(f, "opening-mw"), x=3.6)
+    shift(f, of(f, "opening-mw"), x=2.9)
 
 
 @mutation
@@ -269,7 +269,7 @@ def joint_not_related(f):
 @mutation
 def wall_lifted(f):
     """stands on nothing"""
-    shift(f, wall(f, "counter"), z=0.8)
+    shift(f, of(f, "post"), z=0.8)
 
 
 @mutation

@@ -179,12 +179,12 @@ def test_what_was_taken_off_the_coordinates_is_the_map_conversion(house):
     [
         (Frame(shift=(1000.0, 0.0, 0.0)), "unknown: local survey grid"),
         (Frame(crs="25832"), "EPSG:25832"),
-        (Frame(), None),
+        (Frame(), "unknown: local survey grid"),
     ],
 )
-def test_the_map_is_named_only_where_there_is_one(tmp_path, frame, name):
+def test_the_map_is_named_as_far_as_it_is_known(tmp_path, frame, name):
     file = written(Building(id="b", name="b", frame=frame), tmp_path)
-    assert [crs.Name for crs in file.by_type("IfcProjectedCRS")] == ([name] if name else [])
+    assert [crs.Name for crs in file.by_type("IfcProjectedCRS")] == [name]
 
 
 def test_two_runs_write_the_same_bytes_whatever_the_hash_seed_and_the_place(tmp_path):
