@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
+import ifcopenshell
+import ifcopenshell.util.element
 import jsonschema
 import pytest
 from synthetic import scanned, two_rooms, write_scene
@@ -56,6 +60,24 @@ def test_a_shifted_a_turned_and_an_unbuilt_wall_are_told_from_the_others(scans: 
     assert turned.fit.turn == pytest.approx(-math.radians(0.8), abs=math.radians(0.1))
     assert element(report, "outer wall 1").status == "in_tolerance"
     assert element(report, "floor").status == "in_tolerance"
+
+
+def test_the_findings_are_told_in_a_page_in_bcf_and_in_a_copy_of_the_model(scans: Path) -> None:
+    report = verified(scans, "told", changes={"middle wall": Change(left=0.05)})
+    guid = element(report, "middle wall").guid
+    page = (scans / "told" / "report.html").read_text()
+    assert guid in page
+    assert "http://" not in page
+    assert "https://" not in page
+    with zipfile.ZipFile(scans / "told" / "findings.bcf") as file:
+        texts = {n: file.read(n) for n in file.namelist() if not n.endswith(".png")}
+        assert any(n.endswith(".png") for n in file.namelist())
+    roots = [ElementTree.fromstring(text).tag for text in texts.values()]
+    assert {"Version", "Markup", "VisualizationInfo", "Extensions", "ProjectInfo"} == set(roots)
+    assert any(guid.encode() in text for name, text in texts.items() if name.endswith(".bcfv"))
+    copy = ifcopenshell.open(str(scans / "told" / "told.verified.ifc"))
+    sets = ifcopenshell.util.element.get_psets(copy.by_guid(guid))
+    assert sets["Scan2BIM_Verification"]["Status"] == "out_of_tolerance"
 
 
 def test_a_model_drawn_elsewhere_is_aligned(scans: Path) -> None:
