@@ -321,7 +321,7 @@ def compare(base: Report, report: Report, edits: Sequence[Edit], name: str) -> O
     """What was found of the changes and beside them."""
     results = {e.guid: e for e in report.elements}
     judged = [(edit.kind, *_judge(edit, results.get(edit.guid), report)) for edit in edits]
-    touched = {e.guid for e in edits} | {e.host for e in edits}
+    touched = ({e.guid for e in edits} | {e.host for e in edits}) - {""}
     measured = {e.guid for e in base.elements if e.status == "in_tolerance"}
     rest = [e for e in report.elements if e.guid in measured - touched and _host(e) not in touched]
     false = [e for e in rest if e.status in FAULTS]
