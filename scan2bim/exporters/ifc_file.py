@@ -64,7 +64,11 @@ class IfcFile:
         return self._directions[key]
 
     def drop_leftovers(self) -> None:
-        """Removes geometry that nothing refers to: what the library's drawing functions made on the way."""
+        """Removes geometry that nothing refers to, and points drawn twice: what the library's drawing functions left."""
+        for curve in self.file.by_type("IfcIndexedPolyCurve") if not self.dialect.old else ():
+            if curve.Segments is None:
+                points = curve.Points.CoordList
+                curve.Points.CoordList = [p for i, p in enumerate(points) if i == 0 or p != points[i - 1]]
         items = [item for item in self.file.by_type("IfcRepresentationItem") if not item.is_a("IfcStyledItem")]
         while unused := [item for item in items if self.file.get_total_inverses(item) == 0]:
             gone = {item.id() for item in unused}

@@ -14,6 +14,12 @@ from scan2bim.model.elements import Building, Frame, Storey
 UNKNOWN_GRID = "unknown: local survey grid"
 """Name of the map's coordinate system where the scans do not tell it."""
 
+_LOCAL_GRID = (
+    'ENGCRS["{name}",EDATUM["local"],CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],'
+    'AXIS["northing (N)",north,ORDER[2]],LENGTHUNIT["metre",1.0]]'
+)
+"""What 4.3 wants of a grid without an EPSG code, as well-known text."""
+
 TIME_STAMP = "1970-01-01T00:00:00"
 """The header's time. The model knows no time and the clock would make equal files differ."""
 
@@ -76,6 +82,8 @@ def _georeference(ifc: IfcFile, frame: Frame, contexts: Sequence[Entity]) -> Non
         return
     metre = next(unit for unit in ifc.file.by_type("IfcSIUnit") if unit.UnitType == "LENGTHUNIT")
     crs = ifc.add("IfcProjectedCRS", _grid(frame), None, None, None, None, None, metre)
+    if ifc.dialect.new and not _grid(frame).startswith("EPSG:"):
+        ifc.add("IfcWellKnownText", _LOCAL_GRID.format(name=_grid(frame).replace('"', "'")), crs)
     for context in contexts if ifc.dialect.new else contexts[:1]:  # 4.3 wants it of each context, IFC4 of one
         ifc.add("IfcMapConversion", context, crs, *frame.shift, 1.0, 0.0, 1.0)
 
@@ -127,7 +135,8 @@ def _level(draft: Draft, house: Entity, storey: Storey) -> Level:
     elevation = storey.elevation.value
     place = placement(draft.ifc, house.ObjectPlacement, (0.0, 0.0, elevation))
     entity = _spatial(draft.ifc, "IfcBuildingStorey", storey.id, storey.name, place)
-    entity.Elevation = elevation
+    if not draft.ifc.dialect.new:  # 4.3 has the placement alone
+        entity.Elevation = elevation
     draft.properties.custom(entity, "S2B_Evidence", dimensions(storey))
     height = None if storey.height is None else storey.height.value
     net = sum(space.area for space in storey.spaces) or None

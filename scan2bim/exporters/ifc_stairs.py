@@ -124,7 +124,7 @@ def _flight(draft: Draft, whole: Entity, stair: Stair, flight: Flight, number: i
             representation(ifc, draft.contexts.body, "SweptSolid", [solid]),
         ),
         PredefinedType="STRAIGHT",
-        **({} if ifc.dialect.new else sizes),  # 4.3 keeps them in the property set alone
+        **(sizes if ifc.dialect.old else {}),  # later versions keep them in the property set alone
     )
     tread = run / (risers - 1) if risers > 1 and run > 0.0 else None
     values: dict[str, Value | None] = {
