@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,50 +44,85 @@ class Contrast:
 
 def upright_contrast(image: Orthoimage) -> Contrast:
     """Across upright lines: b counts upwards, c along the wall."""
-    return _contrast(image.count, np.dstack([image.rgb, image.depth]))
+    return _contrast(image.count, image.rgb, image.depth)
 
 
 def level_contrast(image: Orthoimage) -> Contrast:
     """Across level lines: b counts along the wall, c upwards."""
-    values = np.dstack([image.rgb, image.depth])
-    return _contrast(image.count.T, values.transpose(1, 0, 2))
+    return _contrast(image.count.T, image.rgb.transpose(1, 0, 2), image.depth.T)
 
 
-def _contrast(count: NDArray[np.uint16], values: F32) -> Contrast:
+def _contrast(count: NDArray[np.uint16], rgb: F32, depth: F32) -> Contrast:
     """For lines along the first axis."""
-    measured = (count > 0).astype(np.float32)
-    n, sums = _blocks(measured[..., None])[..., 0], _blocks(values * measured[..., None])
-    weight = np.concatenate([np.zeros((len(n), 1), np.float32), np.cumsum(n, 1)], 1)
-    total = np.concatenate([np.zeros((len(n), 1, CHANNELS), np.float32), np.cumsum(sums, 1)], 1)
-    width = values.shape[1]
-    at = np.arange(width)
-
-    def mean(first: NDArray[np.int64], last: NDArray[np.int64]) -> F32:
-        first, last = np.clip(first, 0, width), np.clip(last, 0, width)
-        w = weight[:, last] - weight[:, first]
-        s = total[:, last] - total[:, first]
-        return np.where((w >= LEAST)[..., None], s / np.maximum(w, 1)[..., None], np.nan)
-
-    step = mean(at, at + STRIP) - mean(at - STRIP, at)
-    ridge = mean(at - 1, at + 1) - (mean(at + 1, at + 1 + STRIP) + mean(at - 1 - STRIP, at - 1)) / 2
-    noise = np.array([_noise(step[..., k], FLOORS[k]) for k in range(CHANNELS)])
-    scale = noise.astype(np.float32)
-    return Contrast(_cut(step / scale), _cut(ridge / scale), noise)
+    step, ridge, known = _steps(_blocks(count, rgb, depth))
+    noise = np.array(FLOORS)
+    if known.shape[1]:
+        noise = np.maximum(noise, 1.4826 * np.median(known, axis=1))  # robust: most lie within one surface
+    _scale(step, ridge, noise.astype(np.float32))
+    return Contrast(step, ridge, noise)
 
 
-def _cut(values: NDArray[np.floating]) -> F32:
-    return np.clip(values, -LARGEST, LARGEST).astype(np.float32)
+@nb.njit(cache=True, nogil=True)
+def _blocks(count, rgb, depth):  # pyright: ignore
+    """Sums (b, c, 5) of colour, depth and 1 over the measured ones of each BLOCK pixels of the first axis; the last
+    piece may be shorter.
+    """
+    rows, cols = count.shape
+    sums = np.zeros((max((rows + BLOCK - 1) // BLOCK, 1), cols, 5), np.float32)
+    for r in range(rows):
+        b = r // BLOCK
+        for c in range(cols):
+            if count[r, c] > 0:
+                sums[b, c, 0] += rgb[r, c, 0]
+                sums[b, c, 1] += rgb[r, c, 1]
+                sums[b, c, 2] += rgb[r, c, 2]
+                sums[b, c, 3] += depth[r, c]
+                sums[b, c, 4] += np.float32(1)
+    return sums
 
 
-def _blocks(values: F32) -> F32:
-    """Sums (b, c, k) over pieces of BLOCK pixels of the first axis of (r, c, k); the last piece may be shorter."""
-    starts = np.arange(0, max(len(values), 1), BLOCK)
-    return np.add.reduceat(values, starts, axis=0).astype(np.float32)
+@nb.njit(cache=True, nogil=True)
+def _steps(sums):  # pyright: ignore
+    """From the sums of pieces: steps and ridges (b, c, 4), nan where not seen, and the sizes of the known steps (4, n)
+    in any order.
+    """
+    pieces, places = sums.shape[:2]
+    step = np.full((pieces, places, CHANNELS), np.nan, np.float32)
+    ridge = np.full((pieces, places, CHANNELS), np.nan, np.float32)
+    sizes = np.empty((CHANNELS, pieces * places), np.float32)
+    total = np.zeros((places + 1, 5))
+    used = 0
+    for b in range(pieces):
+        for c in range(places):
+            for k in range(5):
+                total[c + 1, k] = total[c, k] + sums[b, c, k]
+        for c in range(places):
+            low, lower = max(c - STRIP, 0), max(c - 1 - STRIP, 0)
+            before, after = max(c - 1, 0), min(c + 1, places)
+            high, higher = min(c + STRIP, places), min(c + 1 + STRIP, places)
+            left, right = total[c, 4] - total[low, 4], total[high, 4] - total[c, 4]
+            if left >= LEAST and right >= LEAST:
+                for k in range(CHANNELS):
+                    change = (total[high, k] - total[c, k]) / right - (total[c, k] - total[low, k]) / left
+                    step[b, c, k] = change
+                    sizes[k, used] = abs(change)
+                used += 1
+            here, left = total[after, 4] - total[before, 4], total[before, 4] - total[lower, 4]
+            right = total[higher, 4] - total[after, 4]
+            if here >= LEAST and left >= LEAST and right >= LEAST:
+                for k in range(CHANNELS):
+                    sides = (total[higher, k] - total[after, k]) / right + (total[before, k] - total[lower, k]) / left
+                    ridge[b, c, k] = (total[after, k] - total[before, k]) / here - sides / 2
+    return step, ridge, np.ascontiguousarray(sizes[:, :used])
 
 
-def _noise(steps: F32, least: float) -> float:
-    """Robust standard deviation of the steps between neighbouring strips: most lie within one surface."""
-    known = steps[np.isfinite(steps)]
-    if not len(known):
-        return least
-    return max(least, 1.4826 * float(np.median(np.abs(known))))
+@nb.njit(cache=True, nogil=True)
+def _scale(step, ridge, noise):  # pyright: ignore
+    """In units of the noise (4,), cut to LARGEST; in place."""
+    most = np.float32(LARGEST)
+    for b in range(step.shape[0]):
+        for c in range(step.shape[1]):
+            for k in range(CHANNELS):
+                for values in (step, ridge):
+                    if not np.isnan(values[b, c, k]):
+                        values[b, c, k] = min(max(values[b, c, k] / noise[k], -most), most)

@@ -162,8 +162,7 @@ def _piece(place: float) -> int:
 
 def _supported(support: Support, places: Sequence[float], first: int, last: int) -> F32:
     """Share (n,) of discontinuities on lines at several places, metres, between two pieces."""
-    at = np.array([round(place / PIXEL) for place in places])
-    return support.share(at, np.full(len(at), first), np.full(len(at), last))[0]
+    return support.at(places, PIXEL, first, last)
 
 
 def _outline(face: Face, box: Rectangle) -> tuple[float, float, float]:

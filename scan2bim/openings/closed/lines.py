@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from scan2bim.openings.closed.contrast import BLOCK, SIGNIFICANT, Contrast
 NEIGHBOURS = 1
 """Pixels by which a line may be off: a scan's step blurs an edge."""
 I64 = NDArray[np.int64]
+I16 = NDArray[np.int16]
 F32 = NDArray[np.float32]
 
 
@@ -21,9 +24,9 @@ class Support:
     and ridge of red, green, blue and depth; and of those seen, (b + 1, c).
     """
 
-    rising: F32
-    falling: F32
-    seen: F32
+    rising: I16
+    falling: I16
+    seen: I16
 
     @property
     def pieces(self) -> int:
@@ -39,40 +42,61 @@ class Support:
         """Best share of significant pieces among those seen, and share of pieces seen, of lines at ``place`` (n,)
         between the pieces ``first`` and ``last`` (n,): 0 where nothing was seen.
         """
-        first, last = np.clip(first, 0, self.pieces), np.clip(last, 0, self.pieces)
-        at = np.clip(place, 0, self.places - 1)
-        seen = self.seen[last, at] - self.seen[first, at]
-        up = self.rising[:, last, at] - self.rising[:, first, at]
-        down = self.falling[:, last, at] - self.falling[:, first, at]
-        found = np.maximum(up, down).max(0)
-        inside = (place >= 0) & (place < self.places)
-        length = np.maximum(last - first, 1)
-        share = np.where(inside & (seen > 0.25 * length), np.minimum(found / np.maximum(seen, 1), 1), 0)
-        return share.astype(np.float32), np.where(inside, seen / length, 0).astype(np.float32)
+        return _share(self.rising, self.falling, self.seen, place, first, last)
+
+    def at(self, places: Sequence[float], pixel: float, first: int, last: int) -> F32:
+        """Best share (n,) of significant pieces of lines at several places, metres, between two pieces."""
+        rows = np.array([round(place / pixel) for place in places])
+        return _share(self.rising, self.falling, self.seen, rows, np.array([first]), np.array([last]))[0]
+
+
+@nb.njit(cache=True, nogil=True)
+def _share(rising, falling, seen, place, first, last):  # pyright: ignore
+    """What ``Support.share`` gives; ``first`` and ``last`` are (n,), or (1,) where they are the same for all."""
+    pieces, places = seen.shape[0] - 1, seen.shape[1]
+    share, part = np.zeros(len(place), np.float32), np.zeros(len(place), np.float32)
+    for i in range(len(place)):
+        c = place[i]
+        if c < 0 or c >= places:
+            continue
+        a = min(max(first[i if len(first) > 1 else 0], 0), pieces)
+        b = min(max(last[i if len(last) > 1 else 0], 0), pieces)
+        length = max(b - a, 1)
+        here = seen[b, c] - seen[a, c]
+        part[i] = here / length
+        if here > 0.25 * length:
+            found = 0
+            for k in range(rising.shape[0]):
+                found = max(found, rising[k, b, c] - rising[k, a, c], falling[k, b, c] - falling[k, a, c])
+            share[i] = min(found / max(here, 1), 1.0)
+    return share, part
 
 
 def support_of(contrast: Contrast) -> Support:
     """Cumulated from the contrast of a face."""
-    values = np.concatenate([contrast.step, contrast.ridge], 2)
-    seen = np.isfinite(contrast.step[..., -1])
-    with np.errstate(invalid="ignore"):
-        rising = _spread((values > SIGNIFICANT).transpose(2, 0, 1)) & seen
-        falling = _spread((values < -SIGNIFICANT).transpose(2, 0, 1)) & seen
-    return Support(_cumulated(rising), _cumulated(falling), _cumulated(seen[None])[0])
+    return Support(*_cumulated(contrast.step, contrast.ridge))
 
 
-def _spread(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    out = mask.copy()
-    for shift in range(1, NEIGHBOURS + 1):
-        out[..., shift:] |= mask[..., :-shift]
-        out[..., :-shift] |= mask[..., shift:]
-    return out
-
-
-def _cumulated(mask: NDArray[np.bool_]) -> F32:
-    out = np.zeros((mask.shape[0], mask.shape[1] + 1, mask.shape[2]), np.float32)
-    np.cumsum(mask, axis=1, out=out[:, 1:])
-    return out
+@nb.njit(cache=True, nogil=True)
+def _cumulated(step, ridge):  # pyright: ignore
+    """Rising, falling and seen pieces of a ``Support``."""
+    pieces, places, channels = step.shape
+    rising = np.zeros((2 * channels, pieces + 1, places), np.int16)
+    falling = np.zeros((2 * channels, pieces + 1, places), np.int16)
+    seen = np.zeros((pieces + 1, places), np.int16)
+    for b in range(pieces):
+        for c in range(places):
+            known = not np.isnan(step[b, c, channels - 1])
+            seen[b + 1, c] = seen[b, c] + known
+            for k in range(2 * channels):
+                up, down = False, False
+                for n in range(max(c - NEIGHBOURS, 0), min(c + NEIGHBOURS + 1, places)) if known else range(0):
+                    value = step[b, n, k] if k < channels else ridge[b, n, k - channels]
+                    up |= value > SIGNIFICANT
+                    down |= value < -SIGNIFICANT
+                rising[k, b + 1, c] = rising[k, b, c] + up
+                falling[k, b + 1, c] = falling[k, b, c] + down
+    return rising, falling, seen
 
 
 def find_lines(support: Support, contrast: Contrast, first: int, last: int, least: float, apart: int) -> I64:
@@ -81,7 +105,7 @@ def find_lines(support: Support, contrast: Contrast, first: int, last: int, leas
     """
     places = np.arange(support.places)
     share, seen = support.share(places, np.full(len(places), first), np.full(len(places), last))
-    values = np.concatenate([contrast.step, contrast.ridge], 2)[first:last]
+    values = np.concatenate([contrast.step[first:last], contrast.ridge[first:last]], 2)
     with np.errstate(invalid="ignore"):
         strength = np.abs(np.nansum(values, 0)).max(1) / max(last - first, 1)
     score = np.where((share >= least) & (seen > 0.3), share + 0.1 * strength, 0)

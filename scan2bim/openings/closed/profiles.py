@@ -1,9 +1,10 @@
-"""Mean colour and depth of columns and rows of an orthoimage over any stretch, from cumulative sums."""
+"""Mean colour and depth of columns and rows of an orthoimage over any stretch."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,45 +19,48 @@ F32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profiles:
-    """Sums over measured pixels of red, green, blue, depth and 1, cumulated upwards, (r + 1, c, 5), and along the wall,
-    (r, c + 1, 5), float64.
-    """
+    """Of one face's image, whose measured pixels they are the means of."""
 
-    upwards: NDArray[np.float64]
-    along: NDArray[np.float64]
+    image: Orthoimage
 
     def columns(self, left: float, right: float, bottom: float, top: float) -> F32:
         """Means (n, 4) of the columns between two places along the wall, over the rows between two heights, metres."""
-        rows, cols = self.upwards.shape[0] - 1, self.upwards.shape[1]
-        a, b = _span(bottom, top, rows)
-        first, last = _span(left, right, cols)
-        return _means(self.upwards[b, first:last] - self.upwards[a, first:last])
+        rows, cols = self.image.depth.shape
+        return _columns(*self._values, *_span(bottom, top, rows), *_span(left, right, cols))
 
     def rows(self, left: float, right: float, bottom: float, top: float) -> F32:
         """Means (n, 4) of the rows between two heights, over the columns between two places along the wall, metres."""
-        rows, cols = self.along.shape[0], self.along.shape[1] - 1
-        a, b = _span(left, right, cols)
-        first, last = _span(bottom, top, rows)
-        return _means(self.along[first:last, b] - self.along[first:last, a])
+        rows, cols = self.image.depth.shape
+        count, rgb, depth = self._values
+        return _columns(count.T, rgb.transpose(1, 0, 2), depth.T, *_span(left, right, cols), *_span(bottom, top, rows))
+
+    @property
+    def _values(self) -> tuple[NDArray[np.uint16], F32, F32]:
+        return self.image.count, self.image.rgb, self.image.depth
 
 
-def profiles_of(image: Orthoimage) -> Profiles:
-    """Of one face."""
-    measured = (image.count > 0)[..., None]
-    depth = np.clip(image.depth, -DEEPEST, DEEPEST)
-    values = np.concatenate([image.rgb, depth[..., None], np.ones_like(depth)[..., None]], 2) * measured
-    rows, cols = image.depth.shape
-    upwards, along = np.zeros((rows + 1, cols, 5)), np.zeros((rows, cols + 1, 5))
-    np.cumsum(values, 0, out=upwards[1:])
-    np.cumsum(values, 1, out=along[:, 1:])
-    return Profiles(upwards, along)
+@nb.njit(cache=True, nogil=True)
+def _columns(count, rgb, depth, low, high, first, last):  # pyright: ignore
+    """Means (n, 4) of red, green, blue and depth of the columns ``first`` to ``last``, from row ``low`` to ``high``;
+    nan where too few pixels were measured.
+    """
+    sums = np.zeros((last - first, 5))
+    for r in range(low, high):
+        for c in range(first, last):
+            if count[r, c] > 0:
+                k = c - first
+                sums[k, 0] += rgb[r, c, 0]
+                sums[k, 1] += rgb[r, c, 1]
+                sums[k, 2] += rgb[r, c, 2]
+                sums[k, 3] += min(max(depth[r, c], np.float32(-DEEPEST)), np.float32(DEEPEST))
+                sums[k, 4] += 1.0
+    means = np.full((last - first, 4), np.nan, np.float32)
+    for k in range(last - first):
+        if sums[k, 4] >= LEAST:
+            means[k] = sums[k, :4] / sums[k, 4]
+    return means
 
 
 def _span(low: float, high: float, size: int) -> tuple[int, int]:
     first = min(max(round(low / PIXEL), 0), size)
     return first, max(min(round(high / PIXEL), size), first)
-
-
-def _means(sums: NDArray[np.float64]) -> F32:
-    count = sums[:, 4:]
-    return np.where(count >= LEAST, sums[:, :4] / np.maximum(count, 1), np.nan).astype(np.float32)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, level_contrast, upright_contrast
 from scan2bim.openings.closed.lines import Support, find_lines, support_of
-from scan2bim.openings.closed.profiles import Profiles, profiles_of
+from scan2bim.openings.closed.profiles import Profiles
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
 NARROWEST, WIDEST = 0.55, 2.6
@@ -73,7 +73,7 @@ class Rectangle:
 def face_of(image: Orthoimage) -> Face:
     """A face's contrasts and their support."""
     upright, level = upright_contrast(image), level_contrast(image)
-    return Face(image, upright, level, support_of(upright), support_of(level), profiles_of(image))
+    return Face(image, upright, level, support_of(upright), support_of(level), Profiles(image))
 
 
 def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
