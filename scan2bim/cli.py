@@ -152,8 +152,9 @@ def _add_verify(verify: argparse.ArgumentParser) -> None:
         "--also",
         action="append",
         default=[],
-        choices=("classified",),
-        help="further output: classified: all points with their element (LAZ; takes long)",
+        choices=("classified", "remainder", "usd"),
+        help="further output, may be repeated: classified: all points with class and element (LAZ); remainder: the "
+        "points that no element explains (LAZ); usd: the model's surfaces coloured by deviation",
     )
     _add_work(verify)
     _add_frame(verify)

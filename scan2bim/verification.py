@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from scan2bim.workfolder import open_work
 if TYPE_CHECKING:
     from scan2bim.cloud.frame import SurveyFrame
     from scan2bim.model.elements import Building
+    from scan2bim.verify.build import Found
     from scan2bim.verify.result import Report
 
 VERIFY = Stage("verify", 1, ("read",), lambda s: s.verify, 3.0, 250)
@@ -30,7 +32,8 @@ class VerifyRequest:
 
     transform: rigid motion (rows of 4 x 4, metres) from the model's axes to the scans' coordinates, where it is given.
     placing: "auto" tries stated coordinates first and aligns where they do not fit; "stated" never aligns; "align"
-    always does. fitted: whether the placing is refined to fit the scans best. extras: further outputs.
+    always does. fitted: whether the placing is refined to fit the scans best. extras: of classified,
+    remainder and usd.
     """
 
     model: Path
@@ -102,4 +105,26 @@ def _verified(
         )
         found = verify_model(inputs, run.settings.verify, progress)
     with run.timed(REPORT):
-        return found.report, write_report(found, request.folder, request.extras)
+        others = [("deviations.usdc", partial(_write_usd, found))] if "usd" in request.extras else []
+        return found.report, write_report(found, request.folder, request.extras, others)
+
+
+def _write_usd(found: Found, path: Path) -> None:
+    """The model's surfaces coloured by deviation."""
+    from scan2bim.exporters.usd_deviations import PaintedElement, write_deviations
+    from scan2bim.verify.painted import paint
+
+    elements = [
+        PaintedElement(
+            p.result.guid,
+            p.result.ifc_class,
+            p.result.name,
+            p.result.storey,
+            p.result.status,
+            p.corners,
+            p.quads,
+            p.colours,
+        )
+        for p in paint(found)
+    ]
+    write_deviations(elements, path)

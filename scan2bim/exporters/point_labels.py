@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from scan2bim.model.classified import CLASSES, UNCLASSIFIED
 from scan2bim.model.elements import Building, Door, Element, Flight, RoofPlane, Storey
 from scan2bim.model.shapes import door_leaves, opening_layer, to_plan, wall_footprints
 from scan2bim.model.swing import leaf_outline
@@ -29,20 +30,6 @@ _PIXEL: Final = 0.02  # metres; larger where the building is, so that all raster
 _BYTES: Final = 256 << 20
 _FINE: Final = 4  # bits below a pixel in which outlines are drawn
 _MOST: Final = 65_535  # elements in a layer, of which each has a number of 16 bits
-
-UNCLASSIFIED: Final = 1
-CLASSES: Final = {
-    "Wall": 64,
-    "Slab": 65,
-    "Covering": 66,
-    "Column": 67,
-    "Beam": 68,
-    "Stair": 69,
-    "RoofPlane": 70,
-    "Door": 71,
-    "Window": 72,
-}
-"""Numbers that the LAS standard leaves to users (64 on): it has none for the parts of a building."""
 
 Floats = NDArray[np.float64]
 

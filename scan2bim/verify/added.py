@@ -37,7 +37,7 @@ def added_openings(
             measured = surface.is_measured[cells]
             off = measured & (np.abs(np.where(measured, surface.measured.mean[cells], 0.0)) > 2 * FLUSH)
             through = ~measured & ((surface.bits[cells] & LOOKED_THROUGH) > 0)
-            area = surface.table.cell_area[cells]
+            area = surface.table.area(cells)
             gone += float(area[off | through].sum())
             seen += float(area[measured | through].sum())
             host = elements[wall].name

@@ -46,14 +46,24 @@ class Inputs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """The points: folders of the scans' tiles, positions (s, 3) of the stations, and the survey's shift, metres."""
+
+    scan_folders: tuple[Path, ...]
+    stations: F64
+    shift: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """The report, and what pictures and copies of the model are made from."""
+    """The report, and what pictures, clouds and copies of the model are made from."""
 
     report: Report
     model: IfcModel
     surface: Surface
     placement: Placement
     anchor: F64
+    source: Source
 
 
 def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -> Found:
@@ -75,7 +85,8 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     )
     bits = _seen(inputs, model, table, placement, measured.count, anchor, lambda s: progress(0.7 + 0.2 * s))
     surface = Surface(table, measured, bits, reveals(model, table, placement, anchor))
-    return _judged(inputs, settings, Seen(model, gaps, surface, placement, anchor, unexplained))
+    source = Source(inputs.scan_folders, stations, inputs.frame.shift)
+    return _judged(inputs, settings, Seen(model, gaps, surface, placement, anchor, unexplained, source))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +99,7 @@ class Seen:
     placement: Placement
     anchor: F64
     unexplained: Unexplained
+    source: Source
 
 
 def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
@@ -98,7 +110,7 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     results = judge_elements(elements, surface, tolerances, to_model)
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
-    centres = surface.table.centres(np.flatnonzero(surface.table.cell_area > 0))
+    centres = surface.table.centres()
     box = np.array([centres.min(axis=0), centres.max(axis=0)])
     additions = find_additions(seen.unexplained, box, ceilings(surface.table, model), model.storeys, to_model)
     report = Report(
@@ -113,13 +125,12 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         elements=(*results, *fills, *_others(model, settings)),
         additions=(*added_openings(context, elements, matched, to_model), *additions),
     )
-    return Found(report, model, surface, seen.placement, seen.anchor)
+    return Found(report, model, surface, seen.placement, seen.anchor, seen.source)
 
 
 def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:
     table, elements = seen.surface.table, seen.model.elements
-    order = np.argsort(table.cell_element, kind="stable")
-    ends = np.searchsorted(table.cell_element[order], np.arange(len(elements) + 1))
+    order, ends = table.by_element(len(elements))
     patches = {e.guid: i for i, e in enumerate(elements) if e.role == "patch"}
     places = {e.guid: i for i, e in enumerate(elements) if e.role not in ("patch", "opening")}
     return OpeningContext(
@@ -164,8 +175,7 @@ def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64
     """Which cells (c,) line an opening of their own element: frames and leaves hide them, they are judged with it."""
     place = {e.guid: i for i, e in enumerate(model.elements)}
     out = np.zeros(len(table.cell_face), bool)
-    order = np.argsort(table.cell_element, kind="stable")
-    ends = np.searchsorted(table.cell_element[order], np.arange(len(model.elements) + 1))
+    order, ends = table.by_element(len(model.elements))
     for opening in model.elements:
         host = place.get(opening.host or "") if opening.role == "opening" else None
         if host is None:

@@ -63,10 +63,15 @@ class FaceTable:
         """(c,) the element of each cell."""
         return self.element[self.cell_face]
 
-    @property
-    def cell_area(self) -> F64:
-        """(c,) square metres."""
-        return self.size[self.cell_face] ** 2
+    def area(self, cells: I64) -> F64:
+        """(k,) square metres of some cells."""
+        return self.size[self.cell_face[cells]] ** 2
+
+    def by_element(self, elements: int) -> tuple[I64, I64]:
+        """Numbers (c,) of the cells sorted by element, and the first entry (elements + 1,) of each."""
+        owner = self.cell_element
+        order = np.argsort(owner, kind="stable")
+        return order, np.searchsorted(owner[order], np.arange(elements + 1))
 
     def centres(self, cells: I64 | NDArray[np.bool_] | slice = slice(None)) -> F64:
         """(k, 3) middles of the cells."""

@@ -268,7 +268,7 @@ def _jambs(context: OpeningContext, number: int) -> tuple[float, float] | None:
     places: list[float] = []
     for sign in (1.0, -1.0):
         mine = level & (sign * towards > 0.9) & (np.abs(along + sign * gap.width / 2) < 0.05)
-        area = surface.table.cell_area[cells[mine]]
+        area = surface.table.area(cells[mine])
         if area.sum() < JAMB:
             return None
         places.append(weighted_quantile(surface.measured.mean[cells[mine]], area, 0.5))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.verify.bcf import Topic, write_bcf
+from scan2bim.verify.classified import write_classified, write_remainder
 from scan2bim.verify.html import page
 from scan2bim.verify.ifc_copy import write_copy
 from scan2bim.verify.pictures import deviation_map
@@ -25,8 +26,20 @@ MOST_PICTURES = 400
 """Pictures in the page, of the elements that deviate most: some 2 kB each."""
 
 
-def write_report(found: Found, folder: Path, extras: tuple[str, ...]) -> tuple[Path, ...]:
-    """Write all outputs into ``folder`` and give their paths. Raises OSError."""
+EXTRAS: dict[str, tuple[str, Callable[[Found, Path], None]]] = {
+    "classified": ("classified.laz", write_classified),
+    "remainder": ("remainder.laz", write_remainder),
+}
+"""Further outputs by name: file and writer."""
+
+
+def write_report(
+    found: Found, folder: Path, extras: Sequence[str], others: Sequence[tuple[str, Writer]] = ()
+) -> tuple[Path, ...]:
+    """Write all outputs, those of ``EXTRAS`` asked for and others (file, writer) into ``folder`` and give their paths.
+
+    Raises OSError.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     pictures = _pictures(found)
     stem = Path(found.report.model_file).stem
@@ -36,11 +49,13 @@ def write_report(found: Found, folder: Path, extras: tuple[str, ...]) -> tuple[P
         "findings.bcf": lambda path: _bcf(found, pictures, path),
         f"{stem}.verified.ifc": lambda path: write_copy(found.model.path, found.report, path),
     }
-    return tuple(_whole(folder / name, writer) for name, writer in writers.items())
+    for name, write in (EXTRAS[extra] for extra in EXTRAS if extra in extras):
+        writers[name] = lambda path, write=write: write(found, path)
+    return tuple(_whole(folder / name, writer) for name, writer in (*writers.items(), *others))
 
 
 def _whole(path: Path, writer: Writer) -> Path:
-    temporary = path.with_name(f".{path.name}.tmp")
+    temporary = path.with_name(f".unfinished.{path.name}")
     try:
         writer(temporary)
         temporary.replace(path)
@@ -56,8 +71,7 @@ def _text(path: Path, text: str) -> None:
 def _pictures(found: Found) -> dict[str, bytes]:
     """PNG by GlobalId of the elements that deviate most."""
     surface, elements = found.surface, found.model.elements
-    order = np.argsort(surface.table.cell_element, kind="stable")
-    ends = np.searchsorted(surface.table.cell_element[order], np.arange(len(elements) + 1))
+    order, ends = surface.table.by_element(len(elements))
     place = {e.guid: i for i, e in enumerate(elements) if e.role == "compared"}
     patch = {e.guid: i for i, e in enumerate(elements) if e.role == "patch"}
     place |= {e.guid: patch[e.host] for e in elements if e.role == "fill" and e.host in patch}

@@ -74,8 +74,7 @@ def judge_elements(
     elements: Sequence[ModelElement], surface: Surface, tolerances: Sequence[float], to_model: F64
 ) -> list[ElementResult]:
     """A result for each compared element; ``to_model`` (4, 4) takes the cells' frame to the model's axes."""
-    order = np.argsort(surface.table.cell_element, kind="stable")
-    ends = np.searchsorted(surface.table.cell_element[order], np.arange(len(elements) + 1))
+    order, ends = surface.table.by_element(len(elements))
     return [
         _judge(element, order[ends[i] : ends[i + 1]], surface, tolerances[i], to_model)
         for i, element in enumerate(elements)
@@ -87,7 +86,7 @@ def _judge(
     element: ModelElement, cells: NDArray[np.int64], surface: Surface, tolerance: float, to_model: F64
 ) -> ElementResult:
     table = surface.table
-    area = table.cell_area[cells]
+    area = table.area(cells)
     glass = table.glass[table.cell_face[cells]]
     base = ElementResult(
         guid=element.guid,
@@ -111,7 +110,7 @@ def _judged(
     base: ElementResult, cells: NDArray[np.int64], surface: Surface, tolerance: float, to_model: F64
 ) -> ElementResult:
     table = surface.table
-    area = table.cell_area[cells]
+    area = table.area(cells)
     measured = surface.is_measured[cells]
     bits = surface.bits[cells]
     found = _cells(table, surface.measured, cells[measured])

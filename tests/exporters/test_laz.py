@@ -12,7 +12,8 @@ from buildings import building, special_storey, turned
 
 from scan2bim.errors import UsageError
 from scan2bim.exporters.laz import export
-from scan2bim.exporters.point_labels import CLASSES, point_labels
+from scan2bim.exporters.point_labels import point_labels
+from scan2bim.model.classified import CLASSES
 from scan2bim.model.ids import ifc_guid
 from scan2bim.model.points import LocalPoints
 from scan2bim.readers import read_chunks, read_headers

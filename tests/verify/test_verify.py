@@ -11,12 +11,16 @@ from xml.etree import ElementTree
 import ifcopenshell
 import ifcopenshell.util.element
 import jsonschema
+import laspy
+import numpy as np
 import pytest
+from pxr import Usd, UsdGeom
 from synthetic import scanned, two_rooms, write_scene
 from verify.drawn import Change, draw
 
 from scan2bim.cli import main
 from scan2bim.simulate.truth import truth_of
+from scan2bim.verify.ifc_model import read_model
 from scan2bim.verify.result import ElementResult, Report, load_report, report_schema
 
 SCENE = two_rooms(yaw=0.3)
@@ -78,6 +82,32 @@ def test_the_findings_are_told_in_a_page_in_bcf_and_in_a_copy_of_the_model(scans
     copy = ifcopenshell.open(str(scans / "told" / "told.verified.ifc"))
     sets = ifcopenshell.util.element.get_psets(copy.by_guid(guid))
     assert sets["Scan2BIM_Verification"]["Status"] == "out_of_tolerance"
+
+
+def test_all_points_come_with_their_element_and_the_unexplained_ones_apart(scans: Path) -> None:
+    extras = [part for name in ("classified", "remainder", "usd") for part in ("--also", name)]
+    report = verified(scans, "also", *extras, changes={"middle wall": Change(left=0.05)})
+    points = laspy.read(scans / "also" / "classified.laz")
+    assert points.evlrs is not None
+    table = json.loads(points.evlrs[0].record_data)
+    rest = laspy.read(scans / "also" / "remainder.laz")
+    assert len(points) == report.points
+    assert len(rest) == report.unexplained_points
+    assert set(np.unique(rest["element"])) <= {0}
+    number = next(row["element"] for row in table if row["GlobalId"] == element(report, "middle wall").guid)
+    assert set(np.unique(points["classification"][points["element"] == number])) == {64}
+    assert (points["element"] == number).sum() > 1000
+    stage = Usd.Stage.Open(str(scans / "also" / "deviations.usdc"))
+    meshes = [UsdGeom.Mesh(p) for p in stage.Traverse() if p.GetTypeName() == "Mesh"]
+    walls = {m.GetPrim().GetAttribute("ifc:GlobalId").Get(): m for m in meshes}
+    wall = walls[element(report, "middle wall").guid]
+    assert wall.GetPrim().GetAttribute("s2b:status").Get() == "out_of_tolerance"
+    assert len(wall.GetDisplayColorAttr().Get()) == len(wall.GetFaceVertexCountsAttr().Get())
+    places = np.array(wall.GetPointsAttr().Get())
+    drawn = read_model(scans / "also.ifc").elements
+    corners = next(e.vertices for e in drawn if e.name == "middle wall")
+    assert places.min(axis=0) == pytest.approx(corners.min(axis=0), abs=0.06)
+    assert places.max(axis=0) == pytest.approx(corners.max(axis=0), abs=0.06)
 
 
 def test_a_model_drawn_elsewhere_is_aligned(scans: Path) -> None:
