@@ -12,6 +12,19 @@ from scan2bim.openings.closed.contrast import BLOCK
 from scan2bim.openings.closed.lines import Support
 from scan2bim.openings.closed.profiles import DEEPEST
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
+from scan2bim.openings.closed.windows import (
+    blob,
+    colour_step,
+    known_values,
+    level,
+    share_alike,
+    share_known,
+    share_level,
+    share_near,
+    stands_out,
+    wall_level,
+    window,
+)
 from scan2bim.openings.orthoimage import COARSE, PIXEL
 
 INSET = 0.05
@@ -30,6 +43,10 @@ SLACK = (-0.02, -0.01, 0.0, 0.01, 0.02)
 """Metres by which a side may be off its line."""
 SHADOW = 0.15
 """Distance outwards from a rectangle, metres, at which the wall shows again: a trim hides a strip of it."""
+SAME_DEPTH = 0.008
+"""Difference, metres, from a leaf's most frequent depth up to which a pixel has it."""
+FEW_COLOURS = 20
+"""Pixels that a colour is told by."""
 ALIKE_DEPTH, ALIKE_COLOUR = 0.006, 0.08
 """Difference of depth (metres) and colour (of 1) up to which two columns belong to one leaf."""
 HANDLE_BAND = (0.85, 1.25)
@@ -47,7 +64,7 @@ class FaceEvidence:
 
     left, right, head: share of each side that is a discontinuity; ``outline`` their mean. seen: share of the rectangle
     with data. recess: metres by which its inside lies behind the wall beside it (negative: before it), nan where
-    unseen. rough: metres, median deviation of the inside from its own depth. colour: difference of inside and beside,
+    unseen. colour: difference of inside and beside,
     0-1. trim: metres by which a strip round it stands out. beyond: share of its sides' lines that go on above the head.
     foot: share of discontinuities in the lowest 40 cm of its sides. handle: height over the base, metres, None where
     none was seen, and handle_side of the leaf. through: share that stations looked through. dominant: share of its most
@@ -60,7 +77,6 @@ class FaceEvidence:
     head: float
     seen: float
     recess: float
-    rough: float
     colour: float
     trim: float
     beyond: float
@@ -87,73 +103,40 @@ class FaceEvidence:
 def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
     image = face.image
-    inside = _window(image.depth, image.known, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
-    flanks = (
-        _window(image.depth, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top),
-        _window(image.depth, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top),
-    )
-    beside = np.concatenate(flanks)
-    level = float(np.median(inside)) if len(inside) > 50 else float("nan")
-    wall = _wall_level(*flanks)
+    depth, known, size = image.depth, image.known, image.depth.shape
+    inner = window(size, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
+    left_flank = window(size, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top)
+    right_flank = window(size, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top)
+    inside = known_values(depth, known, inner, 2)
+    flanks = known_values(depth, known, left_flank, 2), known_values(depth, known, right_flank, 2)
+    leaf, wall = float(level(inside)), float(wall_level(*flanks, SKIN, STEP))
     left, right, head = _outline(face, box)
-    height, at = _handle(face, box, level)
+    height, at = _handle(face, box, leaf)
     return FaceEvidence(
         left,
         right,
         head,
-        _share(image.known, box),
-        wall - level,
-        float(np.median(np.abs(inside - level))) if len(inside) > 50 else float("nan"),
-        _colour_step(face, box),
+        float(share_known(known, window(size, box.left, box.right, 0.0, box.top), 2)),
+        wall - leaf,
+        float(colour_step(image.rgb, known, inner, left_flank, right_flank, 4, FEW_COLOURS)),
         _trim(face, box, wall),
         _beyond(face, box),
         _foot(face, box),
         height,
         at,
         _through(face, box),
-        float(np.mean(np.abs(inside - level) < 0.008)) if len(inside) > 50 else 0.0,
-        _whole(face, box, level),
+        float(share_near(inside, leaf, SAME_DEPTH)),
+        _whole(face, box, leaf),
         _lintel(face, box, wall),
-        float(np.mean(np.abs(beside - wall) < SKIN)) if len(beside) > 50 else 0.0,
+        float(share_near(np.concatenate(flanks), wall, SKIN)),
     )
-
-
-def _wall_level(left: F32, right: F32) -> float:
-    """Depth of the wall beside a rectangle: that of both flanks where they agree and no furniture stands there, else
-    the most of them that lies near the wall's plane, else that plane itself.
-    """
-    levels = [float(np.median(flank)) for flank in (left, right) if len(flank) > 50]
-    if len(levels) == 2 and abs(levels[0] - levels[1]) < SKIN / 2 and max(map(abs, levels)) < STEP:
-        return (levels[0] + levels[1]) / 2
-    beside = np.concatenate([left, right])
-    near = beside[np.abs(beside) < SKIN]
-    return float(np.median(near)) if len(near) > 50 else 0.0
 
 
 def _lintel(face: Face, box: Rectangle, wall: float) -> float:
     """Share of the strip above the head that is wall: seen, and in its plane."""
-    rows = _pixels(box.top + LINTEL[0], box.top + LINTEL[1], face.image.depth.shape[0])
-    cols = _pixels(box.left + INSET, box.right - INSET, face.image.depth.shape[1])
-    if rows.stop - rows.start < 4 or cols.stop <= cols.start:
-        return 0.0
-    return float((face.image.known[rows, cols] & (np.abs(face.image.depth[rows, cols] - wall) < SKIN)).mean())
-
-
-def _pixels(low: float, high: float, size: int) -> slice:
-    return slice(min(max(round(low / PIXEL), 0), size), min(max(round(high / PIXEL), 0), size))
-
-
-def _window(
-    values: F32, known: NDArray[np.bool_], left: float, right: float, bottom: float, top: float, step: int = 2
-) -> F32:
-    """Known values (k, ...) in a rectangle, every ``step``-th row and column."""
-    rows, cols = _pixels(bottom, top, known.shape[0]), _pixels(left, right, known.shape[1])
-    return values[rows, cols][::step, ::step][known[rows, cols][::step, ::step]]
-
-
-def _share(mask: NDArray[np.bool_], box: Rectangle) -> float:
-    part = mask[_pixels(0.0, box.top, mask.shape[0]), _pixels(box.left, box.right, mask.shape[1])]
-    return float(part[::2, ::2].mean()) if part.size else 0.0
+    image = face.image
+    part = window(image.depth.shape, box.left + INSET, box.right - INSET, box.top + LINTEL[0], box.top + LINTEL[1])
+    return float(share_level(image.depth, image.known, part, wall, SKIN)) if part[1] - part[0] >= 4 else 0.0
 
 
 def _piece(place: float) -> int:
@@ -189,20 +172,6 @@ def _foot(face: Face, box: Rectangle) -> float:
     return float(_supported(face.sides, sides, 0, _piece(0.4)).reshape(2, -1).max(1).min())
 
 
-def _colour_step(face: Face, box: Rectangle) -> float:
-    image = face.image
-    inside = _window(image.rgb, image.known, box.left + INSET, box.right - INSET, FOOT, box.top - INSET, 4)
-    beside = np.concatenate(
-        [
-            _window(image.rgb, image.known, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top, 4),
-            _window(image.rgb, image.known, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top, 4),
-        ]
-    )
-    if len(inside) < 20 or len(beside) < 20:
-        return 0.0
-    return float(np.abs(np.median(inside, 0) - np.median(beside, 0)).max())
-
-
 def _trim(face: Face, box: Rectangle, wall: float) -> float:
     """Least metres by which strips at left, right and head stand out from the wall."""
     around = (
@@ -210,29 +179,14 @@ def _trim(face: Face, box: Rectangle, wall: float) -> float:
         face.profiles.columns(box.right - TRIM, box.right + SHADOW, FOOT, box.top - TRIM),
         face.profiles.rows(box.left + TRIM, box.right - TRIM, box.top - TRIM, box.top + SHADOW),
     )
-    return min(_stands_out(means[:, 3] - wall) for means in around)
+    return float(min(stands_out(means, wall, TRIM / PIXEL) for means in around))
 
 
-def _stands_out(depth: F32) -> float:
-    """Metres by which the highest strip of three pixels stands out, 0 where it does not end on both sides."""
-    known = depth[np.isfinite(depth)]
-    if len(known) < TRIM / PIXEL:
-        return 0.0
-    strip = np.convolve(known, np.ones(3) / 3, mode="valid")
-    at = int(np.argmax(strip))
-    ends = max(known[: at + 1].min(), known[at + 2 :].min())
-    return float(max(strip[at] - max(ends, 0.0), 0.0))
-
-
-def _whole(face: Face, box: Rectangle, level: float) -> float:
+def _whole(face: Face, box: Rectangle, leaf: float) -> float:
     """Share of the columns inside a rectangle that have the leaf's depth and colour."""
     means = face.profiles.columns(box.left + TRIM, box.right - TRIM, FOOT, box.top - TRIM)
-    means = means[np.isfinite(means[:, 3])]
-    if len(means) < TRIM / PIXEL or not np.isfinite(level):
-        return 0.0
-    alike = np.abs(means[:, 3] - np.clip(level, -DEEPEST, DEEPEST)) < ALIKE_DEPTH
-    alike &= np.abs(means[:, :3] - np.median(means[:, :3], 0)).max(1) < ALIKE_COLOUR
-    return float(alike.mean())
+    deep = np.clip(leaf, -DEEPEST, DEEPEST)
+    return float(share_alike(means, deep, ALIKE_DEPTH, ALIKE_COLOUR, TRIM / PIXEL)) if np.isfinite(leaf) else 0.0
 
 
 def _through(face: Face, box: Rectangle) -> float:
@@ -242,24 +196,20 @@ def _through(face: Face, box: Rectangle) -> float:
     return float(((through > 0) & (through >= on)).mean()) if through.size else 0.0
 
 
-def _handle(face: Face, box: Rectangle, level: float) -> tuple[float | None, str | None]:
+def _handle(face: Face, box: Rectangle, leaf: float) -> tuple[float | None, str | None]:
     """Height and side of a small thing that stands out from the leaf near one of its edges."""
-    if not np.isfinite(level):
+    if not np.isfinite(leaf):
         return None, None
     image = face.image
-    rows = _pixels(*HANDLE_BAND, image.depth.shape[0])
     found: list[tuple[int, float, str]] = []
     for side, low, high in (
         ("start", box.left + 0.02, box.left + HANDLE_REACH),
         ("end", box.right - HANDLE_REACH, box.right - 0.02),
     ):
-        cols = _pixels(low, high, image.depth.shape[1])
-        out = image.depth[rows, cols] - level
-        blob = (out > HANDLE_OUT[0]) & (out < HANDLE_OUT[1]) & (image.count[rows, cols] > 0)
-        at = np.flatnonzero(blob.any(1))
-        if blob.sum() >= 4 and len(at) and at[-1] - at[0] < 22 and blob.mean() < 0.2:
-            height = HANDLE_BAND[0] + (float(np.average(np.arange(blob.shape[0]), weights=blob.sum(1))) + 0.5) * PIXEL
-            found.append((int(blob.sum()), height, side))
+        part = window(image.depth.shape, low, high, *HANDLE_BAND)
+        size, share, lowest, highest, middle = blob(image.depth, image.count, part, leaf, *HANDLE_OUT)
+        if size >= 4 and highest - lowest < 22 and share < 0.2:
+            found.append((int(size), float(HANDLE_BAND[0] + (middle + 0.5) * PIXEL), side))
     if not found:
         return None, None
     _, height, side = max(found)
