@@ -10,12 +10,13 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, tile_runs
+from scan2bim.cloud.tiles import STEPS, TILE, TileIndex, tile_runs
 from scan2bim.structure.shapes import WallShape
 
 BAND = 0.12
@@ -129,7 +130,11 @@ class _Found:
     """Grows by the points of each run."""
 
     def __init__(self) -> None:
-        self._parts: list[tuple[NDArray[np.int32], F32, NDArray[np.uint8], NDArray[np.uint16]]] = []
+        self._used = 0
+        self._owner = np.empty(0, np.int32)
+        self._place = np.empty((0, 3), np.float32)
+        self._rgb = np.empty((0, 3), np.uint8)
+        self._station = np.empty(0, np.uint16)
 
     def add(
         self,
@@ -139,53 +144,71 @@ class _Found:
         members: NDArray[np.int32],
         tile: tuple[int, int, int],
     ) -> None:
-        raw = run.view(np.uint8).reshape(-1, POINT.itemsize)
-        owner, place, rgb, station = _near(raw, np.array(tile, np.float64) * TILE, lines, starts, members)
-        if len(owner):
-            self._parts.append((owner, place, rgb, station))
+        words = run.view(np.uint32).reshape(-1, 3)
+        self._make_room(len(words) * int(np.diff(starts).max()))
+        out = self._owner, self._place, self._rgb, self._station
+        self._used = _near(words, np.array(tile, np.float64) * TILE, lines, starts, members, *out, self._used)
+
+    def _make_room(self, more: int) -> None:
+        """For so many points more, at the most; what is not used of it takes no memory."""
+        if self._used + more > len(self._owner):
+            size = 2 * (self._used + more)
+            self._owner, self._place = self._longer(self._owner, size), self._longer(self._place, size)
+            self._rgb, self._station = self._longer(self._rgb, size), self._longer(self._station, size)
+
+    def _longer(self, part: NDArray[Any], size: int) -> NDArray[Any]:
+        longer = np.empty((size, *part.shape[1:]), part.dtype)
+        longer[: self._used] = part[: self._used]
+        return longer
 
     def by_wall(self, count: int) -> list[WallPoints]:
         """The points of each of the ``count`` walls."""
-        if not self._parts:
-            none = np.zeros(0, np.float32)
-            return [WallPoints(none, none, none, np.zeros((0, 3), np.uint8), np.zeros(0, np.uint16))] * count
-        owner, place, rgb, station = (np.concatenate(p) for p in zip(*self._parts, strict=True))
-        self._parts.clear()
-        order = np.argsort(owner, kind="stable")
-        bounds = np.searchsorted(owner[order], np.arange(count + 1))
-        out: list[WallPoints] = []
-        for first, last in itertools.pairwise(bounds.tolist()):
-            at = order[first:last]
-            along, across, up = place[at].T
-            out.append(
-                WallPoints(np.ascontiguousarray(along), np.ascontiguousarray(across), up.copy(), rgb[at], station[at])
-            )
-        return out
+        used = slice(self._used)
+        bounds, along, across, up, rgb, station = _parted(
+            self._owner[used], self._place[used], self._rgb[used], self._station[used], count
+        )
+        return [
+            WallPoints(along[a:b], across[a:b], up[a:b], rgb[a:b], station[a:b])
+            for a, b in itertools.pairwise(bounds.tolist())
+        ]
 
 
 @nb.njit(cache=True, nogil=True)
-def _near(raw, origin, lines, starts, members):  # pyright: ignore
-    """Of points (n, 12) uint8 of a tile at ``origin`` those near walls: wall (m,), along, across and up (m, 3), colour
-    (m, 3) and station (m,); a point near two walls comes twice.
+def _parted(owner, place, rgb, station, count):  # pyright: ignore
+    """Bounds (count + 1,) of each wall's points, then their along, across, up (n,), colour (n, 3) and station (n,)."""
+    bounds = np.zeros(count + 1, np.int64)
+    for k in owner:
+        bounds[k + 1] += 1
+    bounds = np.cumsum(bounds)
+    at = bounds[:-1].copy()
+    n = len(owner)
+    along, across, up = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
+    colour, number = np.empty((n, 3), np.uint8), np.empty(n, np.uint16)
+    for i in range(n):
+        j = at[owner[i]]
+        at[owner[i]] += 1
+        along[j], across[j], up[j] = place[i, 0], place[i, 1], place[i, 2]
+        colour[j, 0], colour[j, 1], colour[j, 2] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
+        number[j] = station[i]
+    return bounds, along, across, up, colour, number
+
+
+@nb.njit(cache=True, nogil=True)
+def _near(words, origin, lines, starts, members, owner, place, rgb, station, used):  # pyright: ignore
+    """Add those of points (n, 3) uint32 of a tile at ``origin`` that are near walls: wall, along, across and up, colour
+    and station, from row ``used`` on; a point near two walls comes twice. Gives the rows used then.
     """
     step = TILE / STEPS
-    room = 0
-    for i in range(raw.shape[0]):
-        cell = _cell(raw, i)
-        room += starts[cell + 1] - starts[cell]
-    owner = np.empty(room, np.int32)
-    place = np.empty((room, 3), np.float32)
-    rgb = np.empty((room, 3), np.uint8)
-    station = np.empty(room, np.uint16)
-    used = 0
-    for i in range(raw.shape[0]):
-        cell = _cell(raw, i)
-        if starts[cell] == starts[cell + 1]:
+    for i in range(np.uint64(words.shape[0])):
+        qx, qy = np.int64(words[i, 0] & 0xFFFF), np.int64(words[i, 0] >> 16)
+        cell = (qx * CELLS >> 16) * CELLS + (qy * CELLS >> 16)
+        first, last = starts[cell], starts[cell + 1]
+        if first == last:
             continue
-        x = origin[0] + ((np.int64(raw[i, 0]) | np.int64(raw[i, 1]) << 8) + 0.5) * step
-        y = origin[1] + ((np.int64(raw[i, 2]) | np.int64(raw[i, 3]) << 8) + 0.5) * step
-        z = origin[2] + ((np.int64(raw[i, 4]) | np.int64(raw[i, 5]) << 8) + 0.5) * step
-        for m in range(starts[cell], starts[cell + 1]):
+        x = origin[0] + (qx + 0.5) * step
+        y = origin[1] + (qy + 0.5) * step
+        z = origin[2] + (np.int64(words[i, 1] & 0xFFFF) + 0.5) * step
+        for m in range(first, last):
             k = members[m]
             dx = x - lines[k, 0]
             dy = y - lines[k, 1]
@@ -196,15 +219,9 @@ def _near(raw, origin, lines, starts, members):  # pyright: ignore
                 place[used, 0] = along
                 place[used, 1] = across
                 place[used, 2] = z - lines[k, 6]
-                rgb[used] = raw[i, 6:9]
-                station[used] = np.uint16(raw[i, 10]) | np.uint16(raw[i, 11]) << 8
+                rgb[used, 0] = words[i, 1] >> 16 & 0xFF
+                rgb[used, 1] = words[i, 1] >> 24
+                rgb[used, 2] = words[i, 2] & 0xFF
+                station[used] = words[i, 2] >> 16
                 used += 1
-    return owner[:used].copy(), place[:used].copy(), rgb[:used].copy(), station[:used].copy()
-
-
-@nb.njit(cache=True, nogil=True, inline="always")
-def _cell(raw, i):  # pyright: ignore
-    """The plan cell of a point."""
-    qx = np.int64(raw[i, 0]) | np.int64(raw[i, 1]) << 8
-    qy = np.int64(raw[i, 2]) | np.int64(raw[i, 3]) << 8
-    return (qx * CELLS >> 16) * CELLS + (qy * CELLS >> 16)
+    return used

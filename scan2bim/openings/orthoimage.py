@@ -150,20 +150,25 @@ def _labels(
     """How many stations on this side saw something in the wall, looked through, were blocked before it."""
     start, direction, normal = _frame(wall)
     coarse = (int(np.ceil(shape[0] * PIXEL / COARSE)), int(np.ceil(shape[1] * PIXEL / COARSE)))
-    rows, cols = np.mgrid[0 : coarse[0], 0 : coarse[1]]
-    xy = start + (cols.ravel()[:, None] + 0.5) * COARSE * direction
-    places = np.column_stack([xy, wall.base + (rows.ravel() + 0.5) * COARSE]).astype(np.float32)
-    said = np.zeros((3, len(places)), np.uint8)
+    xy = start + (np.arange(coarse[1])[:, None] + 0.5) * COARSE * direction
+    places = np.empty((*coarse, 3), np.float32)
+    places[..., :2] = xy
+    places[..., 2] = (wall.base + (np.arange(coarse[0]) + 0.5) * COARSE)[:, None]
+    said = np.zeros((3, *coarse), np.uint8)
     outer = not (wall.left and wall.right)
     margin = np.float32(wall.thickness / 2 + BAND / 2)
     for panorama in panoramas.values():
         ahead = float((panorama.position[:2] - start) @ normal) * _sign(side) - wall.thickness / 2
         if ahead < NEAREST or not wall.base - 0.5 < panorama.position[2] < wall.top + 0.5:
             continue
-        slant = np.linalg.norm(places[:, :2] - panorama.position[:2], axis=1) / ahead
-        answer = seen_through(places, panorama.position.astype(np.float32), panorama.ranges, margin, outer)
-        asked = (slant < STEEPEST) & (slant * ahead < REACH)
+        away = np.hypot(*(xy - panorama.position[:2]).T)
+        asked = np.flatnonzero(away < min(STEEPEST * ahead, REACH))
+        if not len(asked):
+            continue
+        cols = slice(int(asked[0]), int(asked[-1]) + 1)
+        near = np.ascontiguousarray(places[:, cols]).reshape(-1, 3)
+        answer = seen_through(near, panorama.position.astype(np.float32), panorama.ranges, margin, outer)
         for k, code in enumerate((2, 1, 3)):
-            said[k] += (answer == code) & asked
-    on, through, blocked = (plane.reshape(coarse) for plane in said)
+            said[k][:, cols] += (answer == code).reshape(coarse[0], -1)
+    on, through, blocked = said
     return on, through, blocked

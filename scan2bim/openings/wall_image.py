@@ -74,44 +74,54 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
     start, end = np.array(wall.start), np.array(wall.end)
     length = float(np.linalg.norm(end - start))
     shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(length / PIXEL))))
-    sign = _side(wall, points, stations)
-    depth = np.float32(wall.thickness / 2) - sign * points.across
-    skin = min(SKIN, THIN * wall.thickness)
-    near = np.flatnonzero(depth > -PROUD)
-    along, up, depth = points.along[near], points.up[near], depth[near]
-    on_face, side = depth < skin, (sign[near] < 0).astype(np.int8)
-    through, lookers = _through(wall, shape, panoramas)
-    return WallImage(
-        _raster(along[on_face], up[on_face], side[on_face], shape),
-        _raster(along[~on_face], up[~on_face], side[~on_face], shape),
-        through,
-        lookers,
-        along,
-        up,
-        depth,
-        on_face,
-        side,
-    )
+    half, skin = np.float32(wall.thickness / 2), np.float32(min(SKIN, THIN * wall.thickness))
+    here = np.float32(0.0 if wall.left and wall.right else 1.0 if wall.left else -1.0)
+    seen = (points.along, points.across, points.up, points.station, _side(wall, stations), here)
+    found = _classified(*seen, half, skin, shape)
+    return WallImage(*found[:2], *_through(wall, shape, panoramas), *found[2:])
 
 
-def _side(wall: WallShape, points: WallPoints, stations: F64) -> F32:
-    """1 for each point that was seen from the left of the wall, -1 from the right; where the station is unknown, from
-    where the wall has a space, or else from the side on which the point lies.
-    """
+def _side(wall: WallShape, stations: F64) -> F32:
+    """1 for each station left of the wall, -1 right of it, 0 within it or where its position is unknown."""
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     place = (stations[:, :2] - start) @ np.array([-direction[1], direction[0]])
-    side = np.sign(np.where(np.abs(place) > wall.thickness / 2, place, 0.0))[points.station]
-    here = np.sign(points.across) if wall.left and wall.right else np.full(len(side), 1.0 if wall.left else -1.0)
-    return np.where(np.isfinite(side) & (side != 0.0), side, here).astype(np.float32)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(place) > wall.thickness / 2, np.sign(place), 0.0).astype(np.float32)
 
 
-def _raster(along: F32, up: F32, side: NDArray[np.int8], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Points in each pixel (2, r, c), those of the left side first."""
-    row, col = np.floor(up / PIXEL).astype(np.int64), np.floor(along / PIXEL).astype(np.int64)
-    ok = (row >= 0) & (row < shape[0]) & (col >= 0) & (col < shape[1])
-    flat = (side[ok].astype(np.int64) * shape[0] + row[ok]) * shape[1] + col[ok]
-    return np.bincount(flat, minlength=2 * shape[0] * shape[1]).reshape(2, *shape).astype(np.int32)
+@nb.njit(cache=True, nogil=True)
+def _classified(along, across, up, station, sides, here, half, skin, shape):  # pyright: ignore
+    """Rasters (2, r, c) of the points on the faces and behind them; and of the points not far before their face: along,
+    up, depth behind it, whether they lie on it, and its side (n,).
+
+    A point belongs to the face that its station looked at; where that is unknown to the one ``here``, or if that is 0
+    to the one on whose side it lies.
+    """
+    faces, behind = np.zeros((2, *shape), np.int32), np.zeros((2, *shape), np.int32)
+    n = len(along)
+    kept_along, kept_up, depths = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
+    flags, right = np.empty(n, np.bool_), np.empty(n, np.int8)
+    pixel = np.float32(PIXEL)
+    used = 0
+    for i in range(n):
+        sign = sides[station[i]]
+        if sign == 0:
+            sign = here if here != 0 else np.sign(across[i])
+        depth = half - sign * across[i]
+        if not depth > -PROUD:
+            continue
+        on_face, side = depth < skin, 1 if sign < 0 else 0
+        kept_along[used], kept_up[used], depths[used] = along[i], up[i], depth
+        flags[used], right[used] = on_face, side
+        used += 1
+        r, c = int(np.floor(up[i] / pixel)), int(np.floor(along[i] / pixel))
+        if 0 <= r < shape[0] and 0 <= c < shape[1]:
+            if on_face:
+                faces[side, r, c] += 1
+            else:
+                behind[side, r, c] += 1
+    return faces, behind, kept_along[:used], kept_up[:used], depths[:used], flags[:used], right[:used]
 
 
 def _through(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +80,7 @@ class Features:
 
     def vector(self) -> NDArray[np.float64]:
         """In the order of the fields."""
-        return np.array(astuple(self), np.float64)
+        return np.array([getattr(self, field.name) for field in fields(self)], np.float64)
 
 
 def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
