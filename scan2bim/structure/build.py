@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -24,7 +24,8 @@ from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
-from scan2bim.structure.shapes import JoinShape, SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import Axis, AxisJoin, find_walls
 
@@ -63,14 +64,19 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     faces: list[Face] = []
     depths: list[float] = []
     rooms: list[Rooms] = []
+    stairs: list[FoundStair] = []
     for number, level in enumerate(levels):
         low, high = level.floor - DEEPEST, level.top + 0.2
         near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
-        plan = plan_of(level, scene.surfels, layers.between(scene.surfels, low, high), scene.stations)
+        slab = layers.between(scene.surfels, low, high)
+        plan = plan_of(level, scene.surfels, slab, scene.stations)
         found = [as_glass(f, plan, near) for f in find_faces(plan)]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
-        rooms.append(_rooms(plan, found, panes, near))
+        wells = wells_of(stairs, plan)
+        above = levels[number + 1].floor if number + 1 < len(levels) else None
+        stairs = find_stairs(plan, above, scene.surfels, slab, main_direction(found))
+        rooms.append(_rooms(plan, found, panes, near, wells, stairs))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -93,7 +99,10 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rooms:
-    """The spaces of one storey, the virtual borders between them, and what speaks for its walls; no rasters."""
+    """The spaces of one storey, the virtual borders between them, and what speaks for its walls; no rasters.
+
+    ``polygons`` are those of the spaces, then those of the wells in the floor, which bound walls, too.
+    """
 
     levels: StoreyLevels
     polygons: list[Polygon]
@@ -101,27 +110,55 @@ class Rooms:
     cuts: list[LineString]
     panes: list[LineString]
     evidence: FaceEvidence
+    stairs: tuple[StairShape, ...]
 
 
-def _rooms(plan: Plan, walls: Sequence[Face], panes: Sequence[Face], panoramas: Sequence[Panorama]) -> Rooms:
-    spaces, lintels = find_spaces(plan, [*walls, *panes], panoramas)
-    split = [split_at_portals(p) for p in spaces]
-    polygons = [part for parts, _ in split for part in parts]
+def _rooms(
+    plan: Plan,
+    walls: Sequence[Face],
+    panes: Sequence[Face],
+    panoramas: Sequence[Panorama],
+    wells: Sequence[Polygon],
+    stairs: Sequence[FoundStair],
+) -> Rooms:
+    found, lintels = find_spaces(plan, [*walls, *panes], panoramas)
+    cuts: list[LineString] = []
+    rooms: list[Polygon] = []
+    open_parts: list[Polygon] = []
+    for space in found:
+        whole, below, rims = without_wells(space, wells)
+        open_parts += below
+        cuts += rims
+        parts, portals = (whole, []) if below else split_at_portals(space)
+        rooms += parts
+        cuts += portals
     return Rooms(
         plan.levels,
-        polygons,
-        tuple(_space(p, plan) for p in polygons),
-        [cut for _, cuts in split for cut in cuts],
+        [*rooms, *open_parts],
+        tuple(_space(p, plan) for p in rooms),
+        cuts,
         [LineString(f.ends()) for f in [*walls, *panes] if f.glass],
         FaceEvidence(plan.columns, [LineString(f.ends()) for f in lintels]),
+        tuple(_stair(s) for s in stairs),
     )
+
+
+def _stair(stair: FoundStair) -> StairShape:
+    climb = (round(float(stair.climb[0]), 4), round(float(stair.climb[1]), 4))
+    ring = ring_of(shapely.get_coordinates(stair.outline.exterior))
+    base, top, width = round(stair.base, 4), round(stair.top, 4), round(stair.width, 3)
+    return StairShape(ring, base, top, stair.kind, climb, width, stair.risers)
 
 
 def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, rooms.evidence.seen_share)
-    walls = tuple(_wall(number, axis, joins, rooms) for number, axis in enumerate(axes))
+    spaces = frozenset(range(len(rooms.spaces)))
+    walls = tuple(
+        _wall(number, replace(axis, left=axis.left & spaces, right=axis.right & spaces), joins, rooms)
+        for number, axis in enumerate(axes)
+    )
     level = rooms.levels
-    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, rooms.spaces, walls)
+    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, rooms.spaces, walls, rooms.stairs)
 
 
 def _space(polygon: Polygon, plan: Plan) -> SpaceShape:

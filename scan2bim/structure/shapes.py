@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,8 +71,23 @@ class WallShape:
 
 
 @dataclass(frozen=True, slots=True)
+class StairShape:
+    """A stair from ``base`` to ``top``: outline in plan, kind (straight, winding, spiral), its mean direction upwards in
+    plan, width across it (metres) and the number of risers.
+    """
+
+    outline: Ring
+    base: float
+    top: float
+    kind: Literal["straight", "winding", "spiral"]
+    climb: Point
+    width: float
+    risers: int
+
+
+@dataclass(frozen=True, slots=True)
 class StoreyShape:
-    """A storey: floor (with sigma), ceiling and top heights, its spaces and walls."""
+    """A storey: floor (with sigma), ceiling and top heights, its spaces and walls, the stairs that start in it."""
 
     floor: float
     sigma: float
@@ -79,6 +95,7 @@ class StoreyShape:
     top: float
     spaces: tuple[SpaceShape, ...]
     walls: tuple[WallShape, ...]
+    stairs: tuple[StairShape, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

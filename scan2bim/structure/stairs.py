@@ -1,0 +1,257 @@
+"""Stairs: treads each a riser above the last, and the wells that they leave in the floor above.
+
+Level pieces of surface that one could stand on are chained where one begins beside the other a riser higher. Furniture
+has two or three such heights, a stair many; it makes no difference whether it is straight or winds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from shapely.geometry import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from scan2bim.cloud.surfels import PLAN, Surfels
+from scan2bim.geometry.raster import closed
+from scan2bim.structure.plan import Plan
+from scan2bim.structure.storeys import Layers, standing_and_hanging
+
+LEVEL = 0.03
+"""Difference of height, metres, between neighbouring pixels of one tread."""
+NEAR = 2
+"""Pixels: what lies level within 10 cm is the same tread."""
+NEXT = 4
+"""Pixels: the next tread begins within 20 cm; of a tread over one's eyes only the front is seen."""
+SMALLEST_TREAD = 0.015
+"""Area seen, square metres, of the smallest tread: the edge of one."""
+LARGEST_TREAD = 3.0
+"""Area, square metres, of the largest: a landing."""
+LEAST_RISER, MOST_RISER = 0.13, 0.23
+"""Heights, metres, that a riser can have, with the noise of seeing it."""
+FEWEST_TREADS = 5
+"""Treads that make a stair: sofas and cupboards have fewer heights."""
+MOST_HIDDEN = 10
+"""Upper treads of a straight flight that may have been hidden from below: it is drawn on to the floor above."""
+LEAST_RISE = 0.9
+"""Rise, metres, from which steps are a stair."""
+LEDGE = 0.3
+"""Width, metres, of what is too narrow to be floor between a well and a wall."""
+SMALLEST_WELL = 0.7
+"""Plan area, square metres, of the smallest well: that of a spiral stair of 1 m."""
+STRAIGHT = 0.9
+"""Mean resultant length of the directions of climb from which a stair is straight (26 degrees of spread)."""
+SPIRAL = 0.45
+"""Mean resultant length below which it turns so far that it is a spiral."""
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundStair:
+    """A stair: its ``outline`` in plan; ``base`` and ``top`` heights; ``climb`` (2,) unit vector upwards in plan, mean;
+    ``kind`` straight, winding or spiral; ``risers`` counted, or reckoned where hidden; ``width`` metres across the climb.
+    """
+
+    outline: Polygon
+    base: float
+    top: float
+    climb: F64
+    kind: Literal["straight", "winding", "spiral"]
+    risers: int
+    width: float
+
+
+def find_stairs(plan: Plan, above: float | None, surfels: Surfels, layers: Layers, yaw: float) -> list[FoundStair]:
+    """Stairs that start in a storey. ``above`` is the next storey's floor (z), None if there is none; ``yaw`` radians
+    the main wall direction.
+    """
+    floor = plan.levels.floor
+    xyz = surfels.xyz[layers.order].astype(np.float64)
+    pixel = plan.grid.pixel_of(xyz[:, :2])
+    standing, _ = standing_and_hanging(layers)
+    at = np.flatnonzero(
+        standing
+        & (xyz[:, 2] > floor + 0.08)
+        & (xyz[:, 2] < (above if above is not None else plan.levels.top) - 0.05)
+        & plan.grid.contains(pixel)
+    )
+    roof = plan.ceiling_z[pixel[at, 1], pixel[at, 0]]
+    at = at[~(np.abs(xyz[at, 2] - roof) < 0.1)]
+    index = np.full(plan.floor.shape, -1, np.int64)
+    index[pixel[at, 1], pixel[at, 0]] = at
+    row, col = np.nonzero(index >= 0)
+    z = xyz[index[row, col], 2]
+    xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+    tread, steps = _treads(row, col, z, index.shape)
+    return [
+        stair
+        for chain in _chains(tread, steps, z)
+        if (stair := _stair(chain, tread, steps, xy, z, floor, above, yaw)) is not None
+    ]
+
+
+def _pairs(row: I64, col: I64, shape: tuple[int, ...], near: int) -> I64:
+    """Numbers (p, 2) of pixels that lie within ``near`` pixels of each other, each pair once."""
+    number = np.full((shape[0] + 2 * near, shape[1] + 2 * near), -1, np.int64)
+    number[row + near, col + near] = np.arange(len(row))
+    found: list[I64] = []
+    for dr in range(near + 1):
+        for dc in range(-near, near + 1):
+            if dr > 0 or dc > 0:
+                other = number[row + near + dr, col + near + dc]
+                at = np.flatnonzero(other >= 0)
+                found.append(np.stack([at, other[at]], 1))
+    return np.concatenate(found)
+
+
+def _treads(row: I64, col: I64, z: F64, shape: tuple[int, ...]) -> tuple[I64, I64]:
+    """Tread number (n,) of each pixel, and pairs of treads (s, 2) that are a riser apart, the lower first."""
+    pairs = _pairs(row, col, shape, NEAR)
+    rise = z[pairs[:, 1]] - z[pairs[:, 0]]
+    level = pairs[np.abs(rise) < LEVEL]
+    links = coo_array((np.ones(len(level)), (level[:, 0], level[:, 1])), shape=(len(z), len(z)))
+    count, tread = connected_components(links, directed=False)
+    area = np.bincount(tread, minlength=count) * PLAN**2
+    height = np.bincount(tread, weights=z, minlength=count) / np.maximum(np.bincount(tread, minlength=count), 1)
+    couples = np.unique(np.sort(tread[_pairs(row, col, shape, NEXT)], axis=1), axis=0)
+    fits = (area > SMALLEST_TREAD) & (area < LARGEST_TREAD)
+    step = height[couples[:, 1]] - height[couples[:, 0]]
+    good = fits[couples].all(1) & (np.abs(step) > LEAST_RISER) & (np.abs(step) < MOST_RISER)
+    couples, step = couples[good], step[good]
+    return tread.astype(np.int64), np.where((step > 0)[:, None], couples, couples[:, ::-1])
+
+
+def _chains(tread: I64, steps: I64, z: F64) -> list[I64]:
+    """Groups of tread numbers that follow each other, of enough different heights."""
+    if not len(steps):
+        return []
+    count = int(tread.max()) + 1
+    links = coo_array((np.ones(len(steps)), (steps[:, 0], steps[:, 1])), shape=(count, count))
+    _, group = connected_components(links, directed=False)
+    height = np.bincount(tread, weights=z) / np.bincount(tread)
+    chains: list[I64] = []
+    for number in np.unique(group[steps[:, 0]]):
+        members = np.flatnonzero(group == number)
+        levels = np.sort(height[members])
+        distinct = 1 + int((np.diff(levels) > LEAST_RISER / 2).sum())
+        if distinct >= FEWEST_TREADS and levels[-1] - levels[0] > LEAST_RISE:
+            chains.append(members)
+    return chains
+
+
+def _stair(
+    chain: I64, tread: I64, steps: I64, xy: F64, z: F64, floor: float, above: float | None, yaw: float
+) -> FoundStair | None:
+    """The stair of a chain of treads; None if they do not climb from the floor."""
+    count = np.maximum(np.bincount(tread), 1)
+    height = np.bincount(tread, weights=z) / count
+    middle = np.stack([np.bincount(tread, weights=xy[:, k]) / count for k in range(2)], 1)
+    mine = steps[np.isin(steps[:, 0], chain)]
+    climb = middle[mine[:, 1]] - middle[mine[:, 0]]
+    climb /= np.maximum(np.linalg.norm(climb, axis=1, keepdims=True), 1e-6)
+    mean = climb.mean(0)
+    length = float(np.hypot(*mean))
+    kind = "straight" if length > STRAIGHT else "winding" if length > SPIRAL else "spiral"
+    riser = float(np.median(height[mine[:, 1]] - height[mine[:, 0]]))
+    low, high = float(height[chain].min()), float(height[chain].max())
+    if low > floor + 4 * riser:
+        return None
+    direction = mean / max(length, 1e-9)
+    points = xy[np.isin(tread, chain)]
+    top = above if above is not None and above - high < 3 * riser else high
+    if kind == "straight" and above is not None and above - high < MOST_HIDDEN * riser:
+        going = float(np.median((middle[mine[:, 1]] - middle[mine[:, 0]]) @ direction))
+        points = np.concatenate([points, points + direction * going * (round((above - high) / riser) - 1)])
+        top = above
+    outline = _outline(points, yaw, kind)
+    across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
+    width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))
+    return FoundStair(outline, floor, top, direction, kind, round((top - floor) / riser), width)
+
+
+def _outline(xy: F64, yaw: float, kind: str) -> Polygon:
+    """Outline of treads (n, 2): a rectangle along the walls where they fill it, else their hull."""
+    hull = shapely.convex_hull(shapely.multipoints(xy)).buffer(PLAN / 2, join_style="mitre")
+    u = np.array([np.cos(yaw), np.sin(yaw)])
+    v = np.array([-u[1], u[0]])
+    along, across = np.percentile(xy @ u, [1, 99]), np.percentile(xy @ v, [1, 99])
+    low, high = np.array([along[0], across[0]]) - PLAN / 2, np.array([along[1], across[1]]) + PLAN / 2
+    corners = [low[0] * u + low[1] * v, high[0] * u + low[1] * v, high[0] * u + high[1] * v, low[0] * u + high[1] * v]
+    box = Polygon(corners)
+    fills = len(xy) * PLAN**2 > 0.6 * box.area or kind == "straight"
+    return box if fills else Polygon(shapely.simplify(hull, 0.05).exterior)
+
+
+def wells_of(below: Sequence[FoundStair], plan: Plan) -> list[Polygon]:
+    """Outlines of the wells in a storey's floor through which the stairs from ``below`` come up.
+
+    A stair opens the floor above it as far as no floor was seen over it.
+    """
+    wells: list[Polygon] = []
+    bare = 1 - closed(plan.floor, 5)
+    for stair in below:
+        inside = np.zeros(plan.floor.shape, np.uint8)
+        ring = (shapely.get_coordinates(stair.outline) - plan.origin) / PLAN * 16
+        cv2.fillPoly(inside, [np.rint(ring).astype(np.int32)], 1, shift=4)
+        if (inside & bare).sum() > 0.5 * inside.sum():
+            well = _open_part(stair, plan) if stair.kind == "straight" else stair.outline
+            wells += [well] if well.area > SMALLEST_WELL else []
+    return wells
+
+
+def without_wells(space: Polygon, wells: Sequence[Polygon]) -> tuple[list[Polygon], list[Polygon], list[LineString]]:
+    """A space without the wells in its floor, those as parts of it, and the lines between both.
+
+    What would be left of the space between a well and a wall and is too narrow to stand on belongs to the well.
+    """
+    inside = [w for w in wells if w.intersection(space).area > 0.5 * w.area]
+    if not inside:
+        return [space], [], []
+    rest = space.difference(shapely.union_all(inside))
+    rooms = [p for p in polygons_of(_opened(rest, LEDGE).intersection(space)) if p.area > SMALLEST_WELL]
+    if not rooms:
+        return [space], [], []
+    left = _opened(space.difference(shapely.union_all(rooms)), LEDGE / 3)
+    open_parts = [p for p in polygons_of(left) if p.area > SMALLEST_WELL / 2]
+    shared = [room.boundary.intersection(part.buffer(1e-3)) for room in rooms for part in open_parts]
+    lines = [line for s in shared for line in shapely.get_parts(s) if isinstance(line, LineString)]
+    sides = [LineString(pair) for line in lines for pair in pairwise(shapely.get_coordinates(line).tolist())]
+    return rooms, open_parts, [side for side in sides if side.length > 0.05]
+
+
+def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
+    """A shape without what is narrower than a width, metres."""
+    return shape.buffer(-width / 2, join_style="mitre").buffer(width / 2, join_style="mitre")
+
+
+def polygons_of(shape: BaseGeometry) -> list[Polygon]:
+    """The polygons that a shape is made of, their outer rings counter-clockwise."""
+    return [shapely.orient_polygons(p) for p in shapely.get_parts(shape) if isinstance(p, Polygon)]
+
+
+def _open_part(stair: FoundStair, plan: Plan) -> Polygon:
+    """The outline of a straight stair, cut off at its upper end where the floor begins."""
+    xy = shapely.get_coordinates(stair.outline)[:4]
+    along = xy @ stair.climb
+    low, high = float(along.min()), float(along.max())
+    row, col = np.nonzero(plan.floor)
+    points = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+    on = shapely.contains_xy(stair.outline, points[:, 0], points[:, 1])
+    steps = np.bincount(np.clip(((points[on] @ stair.climb - low) / 0.1).astype(int), 0, 999), minlength=1)
+    full = stair.width * 0.1 / PLAN**2
+    floor = np.flatnonzero(steps > 0.4 * full)
+    upper = floor[floor * 0.1 > 0.5 * (high - low)]
+    end = low + 0.1 * float(upper.min()) if len(upper) else high
+    across = np.array([-stair.climb[1], stair.climb[0]])
+    side = xy @ across
+    a, b = float(side.min()), float(side.max())
+    return Polygon([s * stair.climb + t * across for s, t in ((low, a), (end, a), (end, b), (low, b))])
