@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import shapely
-from shapely.geometry import Polygon
 
+from scan2bim.assemble_plates import covering_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scan import ScanHeader
 from scan2bim.model.elements import (
     Building,
-    Covering,
     Dimension,
     Door,
     Evidence,
@@ -24,7 +22,6 @@ from scan2bim.model.elements import (
     Opening,
     Point3,
     ScanSource,
-    Slab,
     Space,
     Storey,
     Wall,
@@ -33,14 +30,10 @@ from scan2bim.model.elements import (
 from scan2bim.model.ids import distinct, stable_id
 from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.openings.virtual import is_virtual
-from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape
 
 RECESS_SIGMA, HANDLE_SIGMA = 0.003, 0.02
 """Metres: of a closed leaf's depth behind the wall's face (registration and plaster), and of a handle's height."""
-SLAB = 0.25
-"""Assumed thickness, metres, of a slab of which one side was seen."""
-CEILING = 0.02
-"""Assumed thickness, metres, of a ceiling covering: only its underside is ever seen."""
 
 
 def assemble_building(
@@ -102,10 +95,11 @@ def _storey(
         height=_height(shape),
         walls=walls,
         spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
-        slabs=_slabs(number, structure),
+        slabs=slabs_of(number, structure),
         coverings=tuple(
-            _covering(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
+            covering_of(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
         ),
+        stairs=stairs_of(number, structure),
     )
 
 
@@ -143,68 +137,6 @@ def _space(index: int, identifier: str, shape: SpaceShape, storey: StoreyShape, 
         area=round(area, 4),
         volume=round(area * max(height, 0.5), 4),
     )
-
-
-def _covering(space_id: str, shape: SpaceShape, number: int, index: int) -> Covering:
-    under = shape.ceiling if shape.ceiling is not None else 0.0
-    return Covering(
-        id=stable_id("covering", space_id),
-        name=f"Ceiling {number}.{index + 1:02d}",
-        confidence=round(min(0.98, 0.5 + 0.48 * shape.ceiling_share), 3),
-        evidence=Evidence(
-            coverage=shape.ceiling_share, sentence=f"underside seen on {shape.ceiling_share:.0%} of the area"
-        ),
-        outline=shape.outline,
-        holes=shape.holes,
-        top=Dimension(value=round(under + CEILING, 4), source="measured", sigma=0.003),
-        thickness=Dimension(value=CEILING, source="assumed"),
-    )
-
-
-def _slabs(number: int, structure: StructureShape) -> tuple[Slab, ...]:
-    """Floor slab of a storey under its spaces and walls; its thickness is measured where the ceiling below was seen."""
-    shape = structure.storeys[number]
-    parts = [s.polygon.buffer(0.02, join_style="mitre") for s in shape.spaces] + [_footprint(w) for w in shape.walls]
-    if not parts:
-        return ()
-    plate = shapely.union_all(parts).buffer(0.05, join_style="mitre").buffer(-0.05, join_style="mitre")
-    below = structure.storeys[number - 1].ceiling if number > 0 else None
-    gap = None if below is None else shape.floor - below
-    thickness = (
-        Dimension(value=round(gap, 4), source="measured", sigma=0.005)
-        if gap is not None and 0.08 <= gap <= 0.8
-        else Dimension(value=SLAB, source="assumed")
-    )
-    seen = (
-        float(np.average([s.floor_share for s in shape.spaces], weights=[s.polygon.area for s in shape.spaces]))
-        if shape.spaces
-        else 0.0
-    )
-    pieces = [p for p in shapely.get_parts(plate) if isinstance(p, Polygon) and p.area > 0.5]
-    ids = distinct(stable_id("slab", number, *p.representative_point().coords[0]) for p in pieces)
-    return tuple(
-        Slab(
-            id=i,
-            name=f"Floor slab {number}.{k + 1}",
-            confidence=round(min(0.97, 0.5 + 0.45 * seen), 3),
-            evidence=Evidence(coverage=round(seen, 3), sentence=f"upper side seen on {seen:.0%} of the spaces' area"),
-            outline=ring_of(shapely.get_coordinates(shapely.orient_polygons(p).exterior)),
-            holes=tuple(
-                ring_of(shapely.get_coordinates(r))
-                for r in shapely.orient_polygons(p).interiors
-                if Polygon(r).area > 0.3
-            ),
-            top=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)),
-            thickness=thickness,
-            use="BASESLAB" if number == 0 else "FLOOR",
-        )
-        for k, (i, p) in enumerate(zip(ids, pieces, strict=True))
-    )
-
-
-def _footprint(wall: WallShape) -> Polygon:
-    line = shapely.LineString([wall.start, wall.end])
-    return shapely.buffer(line, wall.thickness / 2, cap_style="square")
 
 
 def _wall(

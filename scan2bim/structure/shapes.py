@@ -72,7 +72,7 @@ class WallShape:
 
 @dataclass(frozen=True, slots=True)
 class StairShape:
-    """A stair from ``base`` to ``top``: outline in plan, kind (straight, winding, spiral), its mean direction upwards in
+    """A stair from ``base`` to ``top``: outline in plan, kind (straight, winding, spiral), mean direction upwards in
     plan, width across it (metres) and the number of risers.
     """
 

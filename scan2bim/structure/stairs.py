@@ -57,8 +57,8 @@ I64 = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FoundStair:
-    """A stair: its ``outline`` in plan; ``base`` and ``top`` heights; ``climb`` (2,) unit vector upwards in plan, mean;
-    ``kind`` straight, winding or spiral; ``risers`` counted, or reckoned where hidden; ``width`` metres across the climb.
+    """A stair: its ``outline`` in plan; ``base`` and ``top`` heights; ``climb`` (2,) mean unit vector upwards in plan;
+    ``kind``; ``risers`` counted, or reckoned where hidden; ``width`` metres across the climb.
     """
 
     outline: Polygon
@@ -222,7 +222,7 @@ def without_wells(space: Polygon, wells: Sequence[Polygon]) -> tuple[list[Polygo
         return [space], [], []
     left = _opened(space.difference(shapely.union_all(rooms)), LEDGE / 3)
     open_parts = [p for p in polygons_of(left) if p.area > SMALLEST_WELL / 2]
-    shared = [room.boundary.intersection(part.buffer(1e-3)) for room in rooms for part in open_parts]
+    shared = [shapely.intersection(room.boundary, shapely.buffer(part, 1e-3)) for room in rooms for part in open_parts]
     lines = [line for s in shared for line in shapely.get_parts(s) if isinstance(line, LineString)]
     sides = [LineString(pair) for line in lines for pair in pairwise(shapely.get_coordinates(line).tolist())]
     return rooms, open_parts, [side for side in sides if side.length > 0.05]
