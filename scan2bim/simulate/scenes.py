@@ -117,7 +117,7 @@ def two_storeys(yaw: float = 0.0) -> Scene:
     storeys = (
         StoreySpec("ground floor", low, low_rooms, boxes=(*steps, *furniture.kitchen_row("kitchen row", (6.2, 5.14)))),
         StoreySpec(
-            "upper floor", high, high_rooms, elevation=2.75, slab=0.25, shafts=(Shaft((0.15, 4.35), (3.75, 5.35)),)
+            "upper floor", high, high_rooms, elevation=2.75, slab=0.25, shafts=(Shaft((0.15, 4.35), (3.75, 5.45)),)
         ),
     )
     points = [(2.2, 2.0, 0.0), (1.2, 3.4, 0.0), (6.2, 2.4, 0.0), (3.6, 3.7, 2.75), (2.0, 1.5, 2.75), (6.2, 2.8, 2.75)]

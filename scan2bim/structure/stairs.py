@@ -6,6 +6,7 @@ has two or three such heights, a stair many; it makes no difference whether it i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -45,10 +46,14 @@ LEAST_RISE = 0.9
 """Rise, metres, from which steps are a stair."""
 LEDGE = 0.3
 """Width, metres, of what is too narrow to be floor between a well and a wall."""
+ALONGSIDE = 0.2
+"""Distance, metres, from the sides of a stair within which the floor beside its well begins."""
 SMALLEST_WELL = 0.7
 """Plan area, square metres, of the smallest well: that of a spiral stair of 1 m."""
 STRAIGHT = 0.9
 """Mean resultant length of the directions of climb from which a stair is straight (26 degrees of spread)."""
+NEARLY = math.radians(12)
+"""A stair that climbs this near to a wall's direction climbs along it."""
 SPIRAL = 0.45
 """Mean resultant length below which it turns so far that it is a spiral."""
 F64 = NDArray[np.float64]
@@ -158,14 +163,14 @@ def _stair(
     mine = steps[np.isin(steps[:, 0], chain)]
     climb = middle[mine[:, 1]] - middle[mine[:, 0]]
     climb /= np.maximum(np.linalg.norm(climb, axis=1, keepdims=True), 1e-6)
-    mean = climb.mean(0)
+    mean = np.average(climb, axis=0, weights=count[mine].min(1))
     length = float(np.hypot(*mean))
     kind = "straight" if length > STRAIGHT else "winding" if length > SPIRAL else "spiral"
     riser = float(np.median(height[mine[:, 1]] - height[mine[:, 0]]))
     low, high = float(height[chain].min()), float(height[chain].max())
     if low > floor + 4 * riser:
         return None
-    direction = mean / max(length, 1e-9)
+    direction = _along_walls(mean, yaw)
     points = xy[np.isin(tread, chain)]
     top = above if above is not None and above - high < 3 * riser else high
     if kind == "straight" and above is not None and above - high < MOST_HIDDEN * riser:
@@ -178,9 +183,17 @@ def _stair(
     return FoundStair(outline, floor, top, direction, kind, round((top - floor) / riser), width)
 
 
+def _along_walls(climb: F64, yaw: float) -> F64:
+    """Unit vector of a climb, along the building's walls if it is nearly so."""
+    angle = math.atan2(climb[1], climb[0])
+    off = (angle - yaw + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    angle -= off if abs(off) < NEARLY else 0.0
+    return np.array([math.cos(angle), math.sin(angle)])
+
+
 def _outline(xy: F64, yaw: float, kind: str) -> Polygon:
     """Outline of treads (n, 2): a rectangle along the walls where they fill it, else their hull."""
-    hull = shapely.convex_hull(shapely.multipoints(xy)).buffer(PLAN / 2, join_style="mitre")
+    hull = shapely.buffer(shapely.convex_hull(shapely.multipoints(xy)), PLAN / 2, join_style="mitre")
     u = np.array([np.cos(yaw), np.sin(yaw)])
     v = np.array([-u[1], u[0]])
     along, across = np.percentile(xy @ u, [1, 99]), np.percentile(xy @ v, [1, 99])
@@ -188,7 +201,7 @@ def _outline(xy: F64, yaw: float, kind: str) -> Polygon:
     corners = [low[0] * u + low[1] * v, high[0] * u + low[1] * v, high[0] * u + high[1] * v, low[0] * u + high[1] * v]
     box = Polygon(corners)
     fills = len(xy) * PLAN**2 > 0.6 * box.area or kind == "straight"
-    return box if fills else Polygon(shapely.simplify(hull, 0.05).exterior)
+    return box if fills or not isinstance(hull, Polygon) else Polygon(shapely.simplify(hull, 0.05).exterior)
 
 
 def wells_of(below: Sequence[FoundStair], plan: Plan) -> list[Polygon]:
@@ -239,19 +252,37 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
 
 
 def _open_part(stair: FoundStair, plan: Plan) -> Polygon:
-    """The outline of a straight stair, cut off at its upper end where the floor begins."""
-    xy = shapely.get_coordinates(stair.outline)[:4]
-    along = xy @ stair.climb
-    low, high = float(along.min()), float(along.max())
+    """The well over a straight stair: its outline, each side moved to where the floor begins, the upper end cut off
+    there.
+    """
+    along = stair.climb
+    across = np.array([-along[1], along[0]])
+    axes = np.array([along, across])
+    corners = shapely.get_coordinates(stair.outline)[:4] @ axes.T
+    low, high = corners.min(0), corners.max(0)
     row, col = np.nonzero(plan.floor)
-    points = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
-    on = shapely.contains_xy(stair.outline, points[:, 0], points[:, 1])
-    steps = np.bincount(np.clip(((points[on] @ stair.climb - low) / 0.1).astype(int), 0, 999), minlength=1)
-    full = stair.width * 0.1 / PLAN**2
-    floor = np.flatnonzero(steps > 0.4 * full)
-    upper = floor[floor * 0.1 > 0.5 * (high - low)]
-    end = low + 0.1 * float(upper.min()) if len(upper) else high
-    across = np.array([-stair.climb[1], stair.climb[0]])
-    side = xy @ across
-    a, b = float(side.min()), float(side.max())
-    return Polygon([s * stair.climb + t * across for s, t in ((low, a), (end, a), (end, b), (low, b))])
+    floor = (plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN) @ axes.T
+    middle = (low[0] + high[0]) / 2
+    sides = [
+        _where_floor_begins(floor, 1, -1, low[1], low[0], high[0], ALONGSIDE),
+        _where_floor_begins(floor, 1, 1, high[1], low[0], high[0], ALONGSIDE),
+        _where_floor_begins(floor, 0, -1, low[0], low[1], high[1], ALONGSIDE),
+        _where_floor_begins(floor, 0, 1, middle, low[1], high[1], high[0] - middle),
+    ]
+    (a, b, start), end = sides[:3], min(sides[3], high[0])
+    if end == middle:
+        end = high[0]
+    return Polygon([s * along + t * across for s, t in ((start, a), (end, a), (end, b), (start, b))])
+
+
+def _where_floor_begins(
+    floor: F64, axis: int, sign: int, side: float, first: float, last: float, reach: float
+) -> float:
+    """Where floor (n, 2) begins beyond a side: the coordinate along ``axis``, from a little inside the side outwards
+    (``sign``) to ``reach`` metres, where it fills most of the stretch from ``first`` to ``last``; else the side itself.
+    """
+    beside = (floor[:, 1 - axis] > first) & (floor[:, 1 - axis] < last)
+    out = sign * (floor[beside, axis] - side) + ALONGSIDE / 2
+    steps = np.bincount(np.floor(out[(out > 0) & (out < reach + ALONGSIDE / 2)] / PLAN).astype(int), minlength=1)
+    full = np.flatnonzero(steps > 0.5 * (last - first) / PLAN)
+    return side + sign * (float(full[0]) * PLAN - ALONGSIDE / 2) if len(full) else side
