@@ -172,6 +172,8 @@ def _stair(
         return None
     direction = _along_walls(mean, yaw)
     points = xy[np.isin(tread, chain)]
+    if kind == "straight":
+        points = _of_usual_width(points, tread[np.isin(tread, chain)], direction)
     top = above if above is not None and above - high < 3 * riser else high
     if kind == "straight" and above is not None and above - high < MOST_HIDDEN * riser:
         going = float(np.median((middle[mine[:, 1]] - middle[mine[:, 0]]) @ direction))
@@ -181,6 +183,18 @@ def _stair(
     across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
     width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))
     return FoundStair(outline, floor, top, direction, kind, round((top - floor) / riser), width)
+
+
+def _of_usual_width(points: F64, tread: I64, climb: F64) -> F64:
+    """Points (n, 2) of treads without what lies beside most treads: something else at the height of one of them."""
+    across = points @ np.array([-climb[1], climb[0]])
+    order = np.argsort(tread, kind="stable")
+    starts = np.flatnonzero(np.diff(tread[order], prepend=-1))
+    sizes = np.diff(np.append(starts, len(order)))
+    full = sizes >= np.median(sizes)
+    low = float(np.percentile(np.minimum.reduceat(across[order], starts)[full], 25))
+    high = float(np.percentile(np.maximum.reduceat(across[order], starts)[full], 75))
+    return points[(across > low - PLAN) & (across < high + PLAN)]
 
 
 def _along_walls(climb: F64, yaw: float) -> F64:

@@ -32,6 +32,10 @@ PARALLEL = 0.9986
 """Cosine of 3 degrees: faces that differ by more are not those of one wall."""
 SHORTEST = 0.30
 """Length, metres, below which a border with nothing behind it is a reveal or a pilaster's side, not a wall."""
+LONGEST_STUB = 1.0
+"""Length, metres, up to which a wall that lies mostly in another is a reveal."""
+IN_OTHERS = 0.5
+"""Share of its area that lies in others then."""
 BRIDGE = 1.2
 """Gap, metres, across which walls in one line are one wall, if no space lies in it."""
 TOUCH = 1e-3
@@ -120,7 +124,21 @@ def find_walls(
     axes = _merge(pieces, spaces)
     if seen_share is not None:
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
-    return _join_ends([a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)])
+    axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
+    return _join_ends(_without_stubs(axes))
+
+
+def _without_stubs(axes: list[Axis]) -> list[Axis]:
+    """Walls without those of which one face was seen and that lie in others: reveals, pilasters' sides."""
+    prints = np.array([shapely.buffer(LineString([a.start, a.end]), a.thickness / 2, cap_style="flat") for a in axes])
+    tree = shapely.STRtree(prints)
+    kept: list[Axis] = []
+    for number, axis in enumerate(axes):
+        longer = [k for k in tree.query(prints[number]) if axes[k].length > axis.length]
+        inside = shapely.intersection(prints[number], shapely.union_all(prints[longer])).area if longer else 0.0
+        if axis.measured or axis.length > LONGEST_STUB or inside < IN_OTHERS * prints[number].area:
+            kept.append(axis)
+    return kept
 
 
 def _neighbours(lines: Sequence[F64], distance: float) -> list[list[int]]:

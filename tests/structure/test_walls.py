@@ -136,3 +136,10 @@ def test_a_room_on_a_longer_corridor_joins_its_walls_exactly() -> None:
 
 def test_without_spaces_there_are_no_walls() -> None:
     assert find_walls([], []) == ([], [])
+
+
+def test_the_sides_of_a_window_recess_are_no_walls() -> None:
+    recess = Polygon([(0, 0), (6, 0), (6, 4), (3.5, 4), (3.5, 4.35), (2.5, 4.35), (2.5, 4), (0, 4)])
+    walls, _ = find_walls([recess], outer=0.45)
+    across = [w for w in walls if abs(w.direction[1]) > 0.9]
+    assert sorted(round(w.length, 1) for w in across) == [4.4, 4.4]
