@@ -22,7 +22,7 @@ from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scene import load_scene
 from scan2bim.openings.build import near_walls
 from scan2bim.openings.closed.evidence import evidence_of
-from scan2bim.openings.closed.rectangles import Rectangle, distinct, rectangles_on
+from scan2bim.openings.closed.rectangles import Rectangle, candidates
 from scan2bim.openings.closed.score import Features, features_of
 from scan2bim.structure.shapes import StructureShape, WallShape
 
@@ -76,7 +76,7 @@ def sample_of(scene: str) -> Sample:
     for near in near_walls(structure, cloud, reads, lambda share: None):
         faces = near.faces(structure, cloud)
         true = [(n, box, state) for n, (c, state) in enumerate(corners) if (box := in_wall(near.wall, c)) is not None]
-        for box in distinct(rectangles_on(faces)):
+        for box in candidates(faces):
             overlaps = [(box.overlap(other), n, state) for n, other, state in true]
             best, number, state = max(overlaps, default=(0.0, -1, ""))
             if state == "closed" and best >= RIGHT:
@@ -86,7 +86,7 @@ def sample_of(scene: str) -> Sample:
             else:
                 names.append(-1)
             rows.append(np.nan_to_num(features_of(evidence_of(faces, box), box).vector()))
-    name = np.array(names)
+    name = np.array(names, np.int64)
     counts = np.bincount(name[name >= 0], minlength=len(doors))
     weight = np.where(name >= 0, 1 / np.maximum(counts[np.maximum(name, 0)], 1), 1.0)
     return Sample(np.array(rows).reshape(-1, len(fields(Features))), name >= 0, weight)

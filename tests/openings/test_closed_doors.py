@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,7 +45,7 @@ def face(
     count = (rng.random(shape) < 0.6).astype(np.uint16)
     coarse = np.zeros((52, 80), np.uint8)
     image = Orthoimage("left", count, np.clip(rgb, 0, 1), depth, np.ones(shape, bool), coarse + 1, coarse, coarse)
-    return image if side == "left" else Orthoimage("right", *(getattr(image, n) for n in image.__slots__[1:]))
+    return image if side == "left" else replace(image, side="right")
 
 
 @pytest.mark.parametrize("recess", [0.006, 0.02, 0.05])
@@ -59,6 +61,19 @@ def test_a_picture_that_does_not_reach_the_floor_is_none() -> None:
 
 def test_a_panel_that_stands_before_one_face_is_none() -> None:
     assert not closed_doors([face_of(face(-0.04, 0.2)), face_of(face(0.0, side="right"))])
+
+
+def test_a_flush_leaf_of_nearly_the_walls_colour_is_a_door_though_half_of_a_side_is_hidden() -> None:
+    image = face(0.0, 0.06)
+    image.count[:110, 130:170] = 0
+    image.known[:110, 130:170] = False
+    (found,) = closed_doors([face_of(image)])
+    assert found.box.overlap(DOOR) > 0.93
+
+
+def test_a_strip_that_reaches_the_ceiling_is_none() -> None:
+    tall = Rectangle(DOOR.left, DOOR.right, 2.55)
+    assert not closed_doors([face_of(face(0.02, box=tall)), face_of(face(0.02, box=tall, side="right"))])
 
 
 def test_a_bare_wall_has_none() -> None:

@@ -20,6 +20,10 @@ from scan2bim.openings.orthoimage import PIXEL
 
 REACH = 0.20
 """Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width and a frame's."""
+FARTHEST = 0.10
+"""Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's."""
+BEFORE = 0.05
+"""Distance before the wall, metres, from which on a point is a thing that stands there, no trim."""
 LEAST_PLACES = 12
 """Places across an edge that must have been seen."""
 TALL_ENOUGH = 20
@@ -130,6 +134,7 @@ def _places(side: float, outward: int, size: int) -> tuple[F64, NDArray[np.int64
 def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measured: NDArray[np.bool_]) -> _Profile:
     """From pixels (k, n, ...) of n columns."""
     values = np.concatenate([rgb, depth[..., None]], 2).astype(np.float64)
+    measured = measured & (depth < BEFORE)
     values[~measured] = np.nan
     enough = measured.sum(0) >= TALL_ENOUGH
     out, means = np.full((len(t), 4), np.nan), np.full((len(t), 4), np.nan)
@@ -207,6 +212,8 @@ def _outermost_step(profile: _Profile) -> Edge | None:
     """The outermost place where depth or colour changes for good, else the outermost hairline."""
     t, values, least = profile.t, profile.values, _least(profile)
     for i in range(len(t) - 4, 3, -1):
+        if t[i] > FARTHEST:
+            continue
         outer, inner = np.median(values[i + 1 : i + 4], 0), np.median(values[i - 3 : i], 0)
         change = np.abs(outer - inner) / least
         if change.max() > 1:

@@ -62,7 +62,9 @@ F32 = NDArray[np.float32]
 class FaceEvidence:
     """Of one face.
 
-    left, right, head: share of each side that is a discontinuity; ``outline`` their mean. seen: share of the rectangle
+    left, right, head: share of each side that is a discontinuity; ``outline`` their mean. agree: the same where all
+    three are one change of one kind (darker inside, deeper inside, a dark line, ...). shown: share of the three that
+    was seen. seen: share of the rectangle
     with data. recess: metres by which its inside lies behind the wall beside it (negative: before it), nan where
     unseen. colour: difference of inside and beside,
     0-1. trim: metres by which a strip round it stands out. beyond: share of its sides' lines that go on above the head.
@@ -75,6 +77,8 @@ class FaceEvidence:
     left: float
     right: float
     head: float
+    agree: float
+    shown: float
     seen: float
     recess: float
     colour: float
@@ -110,12 +114,10 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     inside = known_values(depth, known, inner, 2)
     flanks = known_values(depth, known, left_flank, 2), known_values(depth, known, right_flank, 2)
     leaf, wall = float(level(inside)), float(wall_level(*flanks, SKIN, STEP))
-    left, right, head = _outline(face, box)
+    outline = _outline(face, box)
     height, at = _handle(face, box, leaf)
     return FaceEvidence(
-        left,
-        right,
-        head,
+        *outline,
         float(share_known(known, window(size, box.left, box.right, 0.0, box.top), 2)),
         wall - leaf,
         float(colour_step(image.rgb, known, inner, left_flank, right_flank, 4, FEW_COLOURS)),
@@ -148,14 +150,31 @@ def _supported(support: Support, places: Sequence[float], first: int, last: int)
     return support.at(places, PIXEL, first, last)
 
 
-def _outline(face: Face, box: Rectangle) -> tuple[float, float, float]:
-    """Share of discontinuities on left side, right side and head; each may be off by a few pixels."""
+def _outline(face: Face, box: Rectangle) -> tuple[float, float, float, float, float]:
+    """Share of discontinuities on left side, right side and head, each off by a few pixels at most; of those that agree
+    on all three; and share of the three that was seen.
+    """
     top = _piece(box.top - 0.04)
-    sides = [place + d for place in (box.left, box.right) for d in SLACK]
-    left, right = _supported(face.sides, sides, _piece(FOOT), top).reshape(2, -1).max(1)
-    heads = [box.top + d for d in SLACK]
-    head = _supported(face.heads, heads, _piece(box.left + 0.05), _piece(box.right - 0.05)).max()
-    return float(left), float(right), float(head)
+    sides = np.array([place + d for place in (box.left, box.right) for d in SLACK])
+    upright, shown = _shares(face.sides, sides, _piece(FOOT), top)
+    left, right = upright.reshape(2, 8, 2, -1).max(3).transpose(2, 0, 1)
+    heads = np.array([box.top + d for d in SLACK])
+    level, above = _shares(face.heads, heads, _piece(box.left + 0.05), _piece(box.right - 0.05))
+    head = level.max(2)
+    agree = np.concatenate(
+        [
+            left[:, :4] + right[::-1, :4] + head[::-1, :4],
+            left[:, 4:] + right[:, 4:] + head[:, 4:],
+        ]
+    )
+    seen = (*shown.reshape(2, -1).max(1), above.max())
+    return float(left.max()), float(right.max()), float(head.max()), float(agree.max()) / 3, float(np.mean(seen))
+
+
+def _shares(support: Support, places: NDArray[np.float64], first: int, last: int) -> tuple[F32, F32]:
+    """As ``Support.shares`` of lines at places (n,), metres, between two pieces."""
+    at = np.rint(places / PIXEL).astype(np.int64)
+    return support.shares(at, np.full(len(at), first), np.full(len(at), last))
 
 
 def _beyond(face: Face, box: Rectangle) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.openings.closed.edges import refined
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
-from scan2bim.openings.closed.rectangles import Face, Rectangle, distinct, face_of, rectangles_on
+from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, face_of
 from scan2bim.openings.closed.score import features_of, probability
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
@@ -69,7 +69,7 @@ def faces_of(
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall; of those that overlap the one that is surest and holds nothing but a leaf."""
-    judged = [_judged(faces, box) for box in distinct(rectangles_on(faces))]
+    judged = [_judged(faces, box) for box in candidates(faces)]
     kept: list[ClosedDoor] = []
     for door in sorted(judged, key=lambda d: -d.probability * d.whole):
         if door.probability >= ACCEPTED and all(_apart(door.box, k.box) for k in kept):

@@ -13,6 +13,8 @@ from scan2bim.openings.closed.contrast import BLOCK, SIGNIFICANT, Contrast
 
 NEIGHBOURS = 1
 """Pixels by which a line may be off: a scan's step blurs an edge."""
+LEAST_SEEN = 0.15
+"""Share of a line that must be seen to tell anything of it: furniture hides most of some doors' sides."""
 I64 = NDArray[np.int64]
 I16 = NDArray[np.int16]
 F32 = NDArray[np.float32]
@@ -49,6 +51,18 @@ class Support:
         rows = np.array([round(place / pixel) for place in places])
         return _share(self.rising, self.falling, self.seen, rows, np.array([first]), np.array([last]))[0]
 
+    def shares(self, place: I64, first: I64, last: I64) -> tuple[F32, F32]:
+        """As ``share``, but the shares (2, 8, n) of pieces that rise and that fall, for each of the eight contrasts."""
+        first, last = np.clip(first, 0, self.pieces), np.clip(last, 0, self.pieces)
+        at = np.clip(place, 0, self.places - 1)
+        seen = (self.seen[last, at] - self.seen[first, at]).astype(np.float32)
+        up = self.rising[:, last, at] - self.rising[:, first, at]
+        down = self.falling[:, last, at] - self.falling[:, first, at]
+        inside = (place >= 0) & (place < self.places)
+        length = np.maximum(last - first, 1)
+        share = np.minimum(np.stack([up, down]) / np.maximum(seen, 1), 1) * (inside & (seen > LEAST_SEEN * length))
+        return share.astype(np.float32), np.where(inside, seen / length, 0).astype(np.float32)
+
 
 @nb.njit(cache=True, nogil=True)
 def _share(rising, falling, seen, place, first, last):  # pyright: ignore
@@ -64,7 +78,7 @@ def _share(rising, falling, seen, place, first, last):  # pyright: ignore
         length = max(b - a, 1)
         here = seen[b, c] - seen[a, c]
         part[i] = here / length
-        if here > 0.25 * length:
+        if here > LEAST_SEEN * length:
             found = 0
             for k in range(rising.shape[0]):
                 found = max(found, rising[k, b, c] - rising[k, a, c], falling[k, b, c] - falling[k, a, c])
@@ -108,7 +122,7 @@ def find_lines(support: Support, contrast: Contrast, first: int, last: int, leas
     values = np.concatenate([contrast.step[first:last], contrast.ridge[first:last]], 2)
     with np.errstate(invalid="ignore"):
         strength = np.abs(np.nansum(values, 0)).max(1) / max(last - first, 1)
-    score = np.where((share >= least) & (seen > 0.3), share + 0.1 * strength, 0)
+    score = np.where((share >= least) & (seen > LEAST_SEEN), share + 0.1 * strength, 0)
     padded = np.pad(score, apart)
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * apart + 1).max(1)
     return middles(np.flatnonzero((score > 0) & (score >= window)))

@@ -21,6 +21,8 @@ NARROWEST, WIDEST = 0.55, 2.6
 """Widths of doors with their trims, metres (trade: single 0.5 to 1.5, double to 2.5)."""
 LOWEST, HIGHEST = 1.75, 2.75
 """Heights of heads with their trims, metres."""
+LINTEL = 0.08
+"""Height, metres, of the wall that must be left above a head: otherwise it is the ceiling's line, no door's."""
 LEG = 1.8
 """Height, metres, up to which an upright line is looked at before its head is known."""
 FOOT = 0.1
@@ -29,14 +31,18 @@ LEAST_SIDE, LEAST_HEAD = 0.4, 0.45
 """Share of a side's, a head's seen pieces that must be discontinuities. The paper asks for 70 %; others judge here."""
 APART = 2
 """Lines of one kind are at least so many pixels apart."""
-MOST_LINES = 60
-"""Upright lines of a wall that are combined, the best: more is a pattern, and work grows with the square."""
+MOST_LINES = 60, 8
+"""Upright lines of a wall that are combined, the best, and for each metre of a long wall: more is a pattern."""
 SAME = 0.85
 """Overlap (intersection over union) from which two rectangles are the same thing."""
-MOST_DISTINCT = 30
-"""Different rectangles of a wall that are looked at closely."""
-MOST_RECTANGLES = 300
-"""Rectangles of a wall that are looked at closely, the best supported."""
+MOST_DISTINCT = 30, 5
+"""Different rectangles of a wall that are looked at closely, and for each metre of a long wall."""
+MOST_RECTANGLES = 300, 100
+"""Rectangles of a wall that are told apart, the best supported, and for each metre of a long wall."""
+HALF_SEEN = 0.45
+"""Share of one of the sides that must be seen."""
+UNSURE = 2.0
+"""Pieces that are added to those seen of a side, so that a few that were seen count less than many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,38 +97,48 @@ def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
     score = np.zeros(len(left), np.float32)
     for face in faces:
         first, last = np.full(len(left), round(FOOT / PIXEL / BLOCK)), (top - 5) // BLOCK
-        a, _ = face.sides.share(left, first, last)
-        b, _ = face.sides.share(right, first, last)
-        score = np.maximum(score, np.where(np.minimum(a, b) >= LEAST_SIDE, a + b, 0))
+        sides = [face.sides.share(place, first, last) for place in (left, right)]
+        seen = np.maximum(sides[0][1], sides[1][1])
+        least = np.minimum(sides[0][0], sides[1][0])
+        sure = sum(share * known / (known + UNSURE / (last - first)) for share, known in sides)
+        score = np.maximum(score, np.where((least >= LEAST_SIDE) & (seen > HALF_SEEN), sure, 0))
     score = np.where(score > 0, score + head, 0)
-    order = np.argsort(-score, kind="stable")[:MOST_RECTANGLES]
+    order = np.argsort(-score, kind="stable")[: _most(MOST_RECTANGLES, faces)]
     return [
         Rectangle(float(left[i]) * PIXEL, float(right[i]) * PIXEL, float(top[i]) * PIXEL) for i in order if score[i] > 0
     ]
 
 
+def _most(limits: tuple[int, int], faces: Sequence[Face]) -> int:
+    """The greater of a number and a number a metre of the wall's length."""
+    return max(limits[0], round(limits[1] * faces[0].image.depth.shape[1] * PIXEL))
+
+
 def _upright_lines(faces: Sequence[Face]) -> NDArray[np.int64]:
     """Places of the upright lines of all faces, pixels."""
+    if not faces:
+        return np.zeros(0, np.int64)
     found: list[NDArray[np.int64]] = []
     first, last = round(FOOT / PIXEL / BLOCK), round(LEG / PIXEL / BLOCK)
     for face in faces:
         if face.sides.pieces >= last:
             found.append(find_lines(face.sides, face.upright, first, last, LEAST_SIDE, APART))
     places = np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
-    if len(places) <= MOST_LINES:
+    most = _most(MOST_LINES, faces)
+    if len(places) <= most:
         return places
     best = np.zeros(len(places), np.float32)
     for face in faces:
-        share, _ = face.sides.share(places, np.full(len(places), first), np.full(len(places), last))
-        best = np.maximum(best, share)
-    return np.sort(places[np.argsort(-best, kind="stable")[:MOST_LINES]])
+        share, seen = face.sides.share(places, np.full(len(places), first), np.full(len(places), last))
+        best = np.maximum(best, share * seen / (seen + UNSURE / (last - first)))
+    return np.sort(places[np.argsort(-best, kind="stable")[:most]])
 
 
 def _with_heads(
     faces: Sequence[Face], left: NDArray[np.int64], right: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
     """Each pair of sides with each of its head lines: left, right, top, support of the head."""
-    rows = np.arange(round(LOWEST / PIXEL), min(round(HIGHEST / PIXEL), faces[0].heads.places - 1))
+    rows = np.arange(round(LOWEST / PIXEL), min(round(HIGHEST / PIXEL), faces[0].heads.places - round(LINTEL / PIXEL)))
     if not len(rows):
         none = np.zeros(0, np.int64)
         return none, none, none, np.zeros(0, np.float32)
@@ -140,11 +156,11 @@ def _with_heads(
     return left[i], right[i], rows[j], grid[i, j]
 
 
-def distinct(boxes: Sequence[Rectangle]) -> list[Rectangle]:
-    """Without those that are nearly the same as a better one before them."""
+def candidates(faces: Sequence[Face]) -> list[Rectangle]:
+    """The rectangles of a wall without those that are nearly the same as a better one."""
     kept: list[Rectangle] = []
-    for box in boxes:
-        if len(kept) >= MOST_DISTINCT:
+    for box in rectangles_on(faces):
+        if len(kept) == _most(MOST_DISTINCT, faces):
             break
         if all(box.overlap(k) < SAME for k in kept):
             kept.append(box)

@@ -15,28 +15,42 @@ SINGLE, DOUBLE = (0.66, 1.30), (1.25, 2.25)
 """Widths, metres, between the outlines of usual doors, of one and of two leaves, trims included."""
 HEIGHT = (1.92, 2.45)
 """Usual heights of door heads, metres, trims included."""
-BIAS = -16.69
+FLUSH = 0.008
+"""Metres behind the wall from which on a leaf is not flush with it for certain: thrice noise and unevenness."""
+UNSEEN = 0.1
+"""Share of the other face that is seen, up to which it tells nothing."""
+SUREST = 0.99
+"""Probability beyond which nothing is told: the weights are fitted on little more than a hundred doors."""
+BIAS = -16.35
 WEIGHTS = np.array(
     [
-        0.25,
-        1.47,
-        0.72,
-        -1.1,
-        -1.19,
-        -2.04,
-        5.6,
+        -0.11,
         0.51,
-        2.02,
-        -0.34,
-        0.46,
-        0.45,
-        -2.72,
+        1.52,
+        1.03,
+        -0.11,
+        -0.29,
+        -1.1,
+        -3.6,
         6.02,
-        1.04,
-        1.38,
-        3.96,
-        -0.15,
-        -0.15,
+        0.81,
+        -0.16,
+        0.64,
+        2.22,
+        -2.02,
+        0.24,
+        0.64,
+        -4.19,
+        5.03,
+        0.17,
+        -0.74,
+        3.07,
+        0.03,
+        0.89,
+        4.63,
+        1.07,
+        0.78,
+        -2.85,
     ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
@@ -46,25 +60,30 @@ WEIGHTS = np.array(
 class Features:
     """What the model weighs; each about 0 to 1, more speaks for a door unless it says otherwise.
 
-    outline, weakest: share of discontinuities on the outline and on its weakest side, of the face where it is clearer.
-    other: outline of the other face, 0 where unseen. alone: how much of the other face
-    was not seen. blank: how much of the other face was seen and shows no outline
-    (against). before: 1 for each 20 mm that the inside stands before the wall (against). recess: 1 for 20 mm or more
-    behind it. colour: 1 for a change by a tenth. trim: 1 for 10 mm or more. beyond: sides that go on above the head
+    outline, weakest: share of discontinuities on the outline and on its weakest side, of the face where it is
+    clearer. agree: the same where sides and head are one change. shown: share of the outline that was seen. other:
+    outline of the other face, 0 where unseen. alone: how much of the other face was not seen. blank: how much of
+    the other face was seen and shows no outline (against). before: 1 for each 20 mm that the inside stands before
+    the wall (against). recess: 1 for 8 mm or more behind it. deep: 1 for 50 mm. tint: 1 for a change of colour by a
+    twentieth. colour: 1 for one by a tenth. trim: 1 for 10 mm or more. beyond: sides that go on above the head
     (against). foot: sides seen down to the floor. handle: 1 where seen. through: share looked through (against).
-    dominant: share of the most frequent depth. whole: share of columns
-    of one depth and colour. lintel, flank: wall
-    above the head and beside. oversize: decimetres beyond usual widths and heights (against).
-    double: 1 beyond the width of a single leaf.
+    dominant: share of the most frequent depth. whole: share of columns of one depth and colour. lintel, flank: wall
+    above the head and beside. oversize: decimetres beyond usual widths and heights (against). double: 1 beyond the
+    width of a single leaf. solid: the least of agree, whole, flank, dominant and lintel. lone: 1 where the other
+    face was not seen; lone_agree, lone_recess: agree and recess there.
     """
 
     outline: float
     weakest: float
+    agree: float
+    shown: float
     other: float
     alone: float
     blank: float
     before: float
     recess: float
+    deep: float
+    tint: float
     colour: float
     trim: float
     beyond: float
@@ -77,6 +96,10 @@ class Features:
     flank: float
     oversize: float
     double: float
+    solid: float
+    lone: float
+    lone_agree: float
+    lone_recess: float
 
     def vector(self) -> NDArray[np.float64]:
         """In the order of the fields."""
@@ -88,14 +111,20 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
     ranked = sorted(evidence, key=lambda e: -(e.outline + 0.5 * e.weakest))
     best, other = ranked[0], ranked[1] if len(ranked) > 1 else None
     recess = [e.recess for e in ranked if np.isfinite(e.recess) and e.outline > 0.4]
+    behind = max((max(0.0, r) for r in recess), default=0.0)
+    lone = float(other is None or other.seen < UNSEEN)
     return Features(
         best.outline,
         best.weakest,
+        best.agree,
+        best.shown,
         other.outline if other else 0.0,
         1.0 - other.seen if other else 1.0,
         other.seen * (1 - other.outline) if other else 0.0,
         min(max((max(0.0, -r) for r in recess), default=0.0), 0.06) / 0.02,
-        min(max((max(0.0, r) for r in recess), default=0.0), 0.02) / 0.02,
+        min(behind, FLUSH) / FLUSH,
+        min(behind, 0.05) / 0.05,
+        min(max(e.colour for e in ranked), 0.05) / 0.05,
         min(max(e.colour for e in ranked), 0.2) / 0.1,
         min(max(e.trim for e in ranked), 0.01) / 0.01,
         best.beyond,
@@ -108,6 +137,10 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
         max(e.flank for e in ranked),
         _oversize(box),
         float(box.width > SINGLE[1]),
+        min(best.agree, best.whole, best.flank, best.dominant, best.lintel),
+        lone,
+        lone * best.agree,
+        lone * min(behind, FLUSH) / FLUSH,
     )
 
 
@@ -120,4 +153,4 @@ def _oversize(box: Rectangle) -> float:
 
 def probability(features: Features) -> float:
     """That a rectangle with these features is a closed door, 0-1."""
-    return float(1 / (1 + np.exp(-(BIAS + np.nan_to_num(features.vector()) @ WEIGHTS))))
+    return min(float(1 / (1 + np.exp(-(BIAS + np.nan_to_num(features.vector()) @ WEIGHTS)))), SUREST)
