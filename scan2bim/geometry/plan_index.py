@@ -24,8 +24,8 @@ class PlanIndex:
     def _keys(self, cell: I64) -> I64:
         return (cell[:, 0] - self._low[0]) * self._rows + (cell[:, 1] - self._low[1])
 
-    def along(self, line: NDArray[np.float64], reach: float) -> I64:
-        """Numbers of the points within ``reach`` metres of a line (2, 2), and some more."""
+    def along(self, line: NDArray[np.float64], reach: float, ordered: bool = True) -> I64:
+        """Numbers of the points within ``reach`` metres of a line (2, 2), and some more; ascending if ``ordered``."""
         length = float(np.linalg.norm(line[1] - line[0]))
         steps = np.linspace(0.0, 1.0, int(length / (CELL / 2)) + 2)
         path = line[0] + steps[:, None] * (line[1] - line[0])
@@ -33,7 +33,8 @@ class PlanIndex:
         around = np.stack(np.meshgrid(span, span), -1).reshape(-1, 2)
         cells = np.unique((np.floor(path / CELL).astype(np.int64)[:, None] + around).reshape(-1, 2), axis=0)
         inside = (cells[:, 1] >= self._low[1]) & (cells[:, 1] < self._low[1] + self._rows)
-        return self._points(self._keys(cells[inside]))
+        rows = self._points(self._keys(cells[inside]))
+        return np.sort(rows) if ordered else rows
 
     def near(self, place: NDArray[np.float64], reach: float) -> I64:
         """Numbers of the points within ``reach`` metres of a place (2,) along both axes, and some more."""
@@ -43,4 +44,4 @@ class PlanIndex:
         first = np.searchsorted(self._sorted, keys, "left")
         last = np.searchsorted(self._sorted, keys, "right")
         parts = [self._order[a:b] for a, b in zip(first, last, strict=True) if b > a]
-        return np.sort(np.concatenate(parts)) if parts else np.zeros(0, np.int64)
+        return np.concatenate(parts) if parts else np.zeros(0, np.int64)

@@ -64,7 +64,7 @@ def draw_openings(
     """Write pictures of each step on each face of all walls into a folder."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    for near in near_walls(structure, scene, scan_folders, progress):
+    for near in near_walls(structure, scene, PlanIndex(scene.surfels.xyz), scan_folders, progress):
         name = f"storey{near.storey}-wall{near.place + 1:02d}"
         faces = near.faces(structure, scene)
         draw_wall(pictures, name, faces, closed_doors(faces), settings)
@@ -81,7 +81,7 @@ def openings_of(
     virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
     index = PlanIndex(scene.surfels.xyz)
     found: list[OpeningShape] = []
-    for near in near_walls(structure, scene, scan_folders, progress):
+    for near in near_walls(structure, scene, index, scan_folders, progress):
         image = wall_image(
             near.wall, near.points, near.panoramas or _close(virtual[near.storey], near.wall), scene.stations
         )
@@ -113,12 +113,15 @@ class NearWall:
 
 
 def near_walls(
-    structure: StructureShape, scene: Scene, scan_folders: Sequence[Path], progress: Callable[[float], None]
+    structure: StructureShape,
+    scene: Scene,
+    index: PlanIndex,
+    scan_folders: Sequence[Path],
+    progress: Callable[[float], None],
 ) -> Iterator[NearWall]:
-    """The walls of all storeys with what is near them, neighbourhood by neighbourhood."""
+    """The walls of all storeys with what is near them, neighbourhood by neighbourhood; ``index`` of the surfels."""
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]
-    index = PlanIndex(scene.surfels.xyz)
     expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
     for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
         yield NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
@@ -132,7 +135,7 @@ def _virtual(storey: StoreyShape, surfels: Surfels) -> dict[int, Panorama]:
 
 
 def _points_beside(wall: WallShape, surfels: Surfels, index: PlanIndex) -> int:
-    rows = index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + BAND)
+    rows = index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + BAND, ordered=False)
     z = surfels.xyz[rows, 2]
     return int(surfels.count[rows][(z > wall.base) & (z < wall.top)].sum())
 

@@ -26,8 +26,8 @@ FOOT = 0.02
 CELL = 0.1
 """Edge, metres, of the plan cells by which a point finds its walls."""
 CELLS = round(TILE / CELL)
-MOST_POINTS = 3_000_000
-"""Points held at a time, but for one wall's: 22 bytes each, so 66 MB."""
+MOST_POINTS = 2_000_000
+"""Points held at a time, but for one wall's: 22 bytes each and twice while they are sorted, so 88 MB."""
 F32 = NDArray[np.float32]
 
 
@@ -79,14 +79,15 @@ def _line(wall: WallShape) -> tuple[float, ...]:
 
 
 def _neighbourhoods(walls: Sequence[WallShape], expected: NDArray[np.int64]) -> Iterator[list[int]]:
-    """Walls whose middles lie in one tile of the plan, parted where they have too many points together."""
+    """Walls of neighbouring tiles of the plan, as many as do not have too many points together: the more, the fewer
+    tiles are read again.
+    """
     middle = np.array([(np.array(w.start) + np.array(w.end)) / 2 for w in walls]).reshape(-1, 2)
     tile = np.floor(middle / TILE).astype(np.int64)
     order = np.lexsort((np.arange(len(walls)), tile[:, 1], tile[:, 0]))
     batch: list[int] = []
     for w in order.tolist():
-        full = batch and expected[batch].sum() + expected[w] > MOST_POINTS
-        if batch and (full or (tile[w] != tile[batch[0]]).any()):
+        if batch and expected[batch].sum() + expected[w] > MOST_POINTS:
             yield batch
             batch = []
         batch.append(w)

@@ -120,9 +120,9 @@ def _steps(sums):  # pyright: ignore
 def _scale(step, ridge, noise):  # pyright: ignore
     """In units of the noise (4,), cut to LARGEST; in place."""
     most = np.float32(LARGEST)
-    for b in range(step.shape[0]):
-        for c in range(step.shape[1]):
+    for values in (step.reshape(-1, CHANNELS), ridge.reshape(-1, CHANNELS)):
+        for i in range(values.shape[0]):
             for k in range(CHANNELS):
-                for values in (step, ridge):
-                    if not np.isnan(values[b, c, k]):
-                        values[b, c, k] = min(max(values[b, c, k] / noise[k], -most), most)
+                value = values[i, k] / noise[k]
+                value = most if value > most else value
+                values[i, k] = -most if value < -most else value
