@@ -13,6 +13,7 @@ from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
 from scan2bim.verify.patches import main_direction
 from scan2bim.verify.result import Addition
+from scan2bim.verify.upright import upright_parts
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -70,7 +71,10 @@ def find_additions(
     middle: F64 = ((place - (1 << (BITS - 1)) + 0.5) * EDGE).astype(np.float64)
     keep = (counts >= LEAST_POINTS) & (middle > box[0] - MARGIN).all(axis=1) & (middle < box[1] + MARGIN).all(axis=1)
     keys, counts, middle = keys[keep], counts[keep], middle[keep]
-    label = _groups(keys)
+    upright = upright_parts(middle, EDGE)
+    walls = int(upright.max(initial=-1)) + 1
+    label = upright.copy()
+    label[upright < 0] = walls + _groups(keys[upright < 0])
     sizes = np.bincount(label, minlength=1)
     out: list[Addition] = []
     for which in np.argsort(-sizes)[:MOST]:

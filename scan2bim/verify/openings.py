@@ -54,9 +54,10 @@ OPEN = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Side:
-    """What one side of an opening shows, as shares of its seen area: flush with the wall, deeper, through.
+    """What one side of an opening shows, as shares of what was measured or looked through: flush with the wall, deeper,
+    through.
 
-    seen, blocked and visible are shares of its area.
+    seen, blocked and visible are shares of its area; what stands before the wall's face is blocked, not seen.
     """
 
     flush: float
@@ -222,7 +223,7 @@ def _finding(
         return "resized"
     if shift:
         return "moved"
-    if found is not None or any(side.flush < CLOSED_UP for side in speaking):
+    if found is not None or any(side.deeper + side.through >= OPEN for side in speaking):
         return "matched"
     return "unseen"
 
@@ -241,15 +242,17 @@ def _side(surface: Surface, cells: NDArray[np.int64]) -> Side:
     offset = np.where(measured, surface.measured.mean[cells], 0.0)
     flush = measured & (np.abs(offset) < FLUSH)
     through = ~measured & ((bits & LOOKED_THROUGH) > 0)
-    saw = measured | through | ((bits & SAW) > 0)
+    before = measured & (offset >= FLUSH)
+    saw = (measured | through | ((bits & SAW) > 0)) & ~before
     total = max(len(cells), 1)
-    seen = max(int(saw.sum()), 1)
+    told = flush | (measured & (offset <= -FLUSH)) | through
+    seen = max(int(told.sum()), 1)
     return Side(
         flush=float(flush.sum()) / seen,
         deeper=float((measured & (offset <= -FLUSH)).sum()) / seen,
         through=float(through.sum()) / seen,
-        seen=float(saw.sum()) / total,
-        blocked=float((~saw & ((bits & BLOCKED) > 0)).sum()) / total,
+        seen=float(told.sum()) / total,
+        blocked=float((before | (~saw & ((bits & BLOCKED) > 0))).sum()) / total,
         visible=float((measured | ((bits & VISIBLE) > 0)).sum()) / total,
     )
 

@@ -28,7 +28,8 @@ WITHIN = 0.90
 """Share of an element's own measured surface that must lie within its tolerance; the rest may be fixings, joints and
 edges that are not drawn."""
 FACE_AREA = 0.10
-"""Square metres measured of a face whose own median is judged: less may be a fixing."""
+"""Square metres measured of a face whose own median is judged, and at least a tenth of all that was measured of the
+element: less may be a fixing, or what covers a reveal."""
 GONE = 0.6
 """Share of what was seen of an element's place that stations looked through, from which on it is missing."""
 HOLE = 0.25
@@ -160,7 +161,8 @@ def _status(
         return "missing", f"Scanners looked through {100 * gone:.0f} % of the place where it should be seen."
     if not enough or stats is None:
         return _unseen(visible, through, blocked)
-    worst = max((abs(f.median) for f in faces if f.median is not None and f.measured >= FACE_AREA), default=0.0)
+    least = max(FACE_AREA, (1 - WITHIN) * sum(f.measured for f in faces))
+    worst = max((abs(f.median) for f in faces if f.median is not None and f.measured >= least), default=0.0)
     if stats.within < WITHIN or abs(stats.median) > tolerance or worst > tolerance:
         return "out_of_tolerance", _reason(stats, motion, worst, tolerance)
     if gone >= HOLE:
