@@ -47,8 +47,8 @@ class Frame:
     def points(self, across: Floats, along: Floats, up: Floats) -> Floats:
         """World coordinates of all combinations (k, 3)."""
         a, b, c = (grid.ravel() for grid in np.meshgrid(across, along, up, indexing="ij"))
-        corners: Floats = np.column_stack([np.outer(a, self.across) + np.outer(b, self.along), c])
-        return self.centre + corners
+        plan: Floats = a[:, None] * self.across + b[:, None] * self.along
+        return self.centre + np.column_stack([plan, c])
 
 
 def _chord(host: Body, centre: Floats, unit: Floats) -> float:

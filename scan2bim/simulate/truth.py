@@ -121,9 +121,11 @@ def _window(window: WindowSpec, wall: WallSpec, storey: StoreySpec, place: Place
 
 def _space(name: str, room: Polygon, storey: StoreySpec, place: Placement) -> SpaceTruth:
     """A room's clear area: what one can stand on, shafts left out."""
-    floor = shapely.difference(room, shapely.union_all([shaft.polygon for shaft in storey.shafts]))
-    outline = max((p for p in shapely.get_parts(floor) if isinstance(p, Polygon)), key=lambda p: p.area)
-    outline = shapely.orient_polygons(outline)
+    outline = room
+    if storey.shafts:
+        floor = shapely.difference(room, shapely.union_all([shaft.polygon for shaft in storey.shafts]))
+        outline = max((p for p in shapely.get_parts(floor) if isinstance(p, Polygon)), key=lambda p: p.area)
+        outline = shapely.orient_polygons(outline)
     rings = [_plan(shapely.get_coordinates(ring)[:-1], place) for ring in (outline.exterior, *outline.interiors)]
     base = storey.elevation + place.offset[2]
     return SpaceTruth(
