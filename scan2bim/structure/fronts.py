@@ -122,10 +122,7 @@ def _behind(face: Face, plan: Plan) -> NDArray[np.int64]:
 
 
 def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> bool:
-    """Whether stations before it looked through enough of a front; without stations, whether floor lies behind it."""
-    if not panoramas:
-        pixel = _behind(front, plan)[-4:]
-        return bool(plan.floor[pixel[..., 1], pixel[..., 0]].any(0).mean() > LOOKED_THROUGH)
+    """Whether stations before it looked through enough of a front; never without stations."""
     told, through = seen_beyond(front, plan, panoramas, DEEPEST_RECESS)
     return bool(told.any() and through[told].mean() > LOOKED_THROUGH)
 

@@ -93,17 +93,22 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     return Plan(levels, grid, floor, ceiling, ceiling_z, ceiling_xy, soffit, void, _facing(columns, floor, ceiling_z))
 
 
-def _soffits(height: F32) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Narrow strips that hang lower than the ceiling: on both sides of them, as lintels over doors and beams do; and
-    beside them, where the ceiling ends beyond them, as lintels in window reveals do, and low ceilings of alcoves.
+def _soffits(height: F32) -> NDArray[np.bool_]:
+    """Narrow strips that hang lower than the ceiling on both sides of them: lintels over doors and windows, beams."""
+    between = cv2.morphologyEx(np.where(np.isfinite(height), height, np.float32(-1e3)), cv2.MORPH_CLOSE, _square())
+    return np.isfinite(height) & (between - height > DROP) & (between > -500)
+
+
+def _rims(height: F32) -> NDArray[np.bool_]:
+    """Narrow strips that hang lower than the ceiling beside them where it ends beyond them: lintels in window reveals,
+    low ceilings of alcoves.
     """
-    kernel = np.ones((SOFFIT, SOFFIT), np.uint8)
-    known = np.isfinite(height)
-    between = cv2.morphologyEx(np.where(known, height, np.float32(-1e3)), cv2.MORPH_CLOSE, kernel)
-    beside = cv2.morphologyEx(np.where(known, height, np.float32(1e3)), cv2.MORPH_CLOSE, kernel)
-    both_sides = (between - height > DROP) & (between > -500)
-    one_side = (beside - height > STEP) & (beside < 500) & ~_sloping(height)
-    return known & both_sides, known & one_side
+    beside = cv2.morphologyEx(np.where(np.isfinite(height), height, np.float32(1e3)), cv2.MORPH_CLOSE, _square())
+    return np.isfinite(height) & (beside - height > STEP) & (beside < 500) & ~_sloping(height)
+
+
+def _square() -> NDArray[np.uint8]:
+    return np.ones((SOFFIT, SOFFIT), np.uint8)
 
 
 def _sloping(height: F32) -> NDArray[np.bool_]:
@@ -188,14 +193,14 @@ def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tupl
     order = np.argsort(-xyz[:, 2], kind="stable")
     found[pixel[order, 1], pixel[order, 0]] = xyz[order]
     height = found[..., 2].copy()
-    mask = closed(np.isfinite(height).astype(np.uint8), 5)
+    seen = np.isfinite(height)
     rim = np.zeros(shape, np.uint8)
-    if mask.any():
-        filled = height.ravel()[nearest_of(np.isfinite(height))]
-        between, beside = _soffits(np.where(mask > 0, filled, np.float32(np.nan)))
-        mask[between] = 0
-        rim[beside] = 1
-    mask = opened(mask, SMALLEST_CEILING)
+    if seen.any():
+        gapless = closed(seen.astype(np.uint8), 5) > 0
+        filled = np.where(gapless, height.ravel()[nearest_of(seen)], np.float32(np.nan))
+        rim = _rims(filled).astype(np.uint8)
+        height[_soffits(height)] = np.nan
+    mask = opened(closed(np.isfinite(height).astype(np.uint8), 5), SMALLEST_CEILING)
     height[mask == 0] = np.nan
     return mask, height, rim, found[..., :2]
 

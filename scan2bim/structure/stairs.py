@@ -42,6 +42,8 @@ FEWEST_TREADS = 5
 """Treads that make a stair: sofas and cupboards have fewer heights."""
 MOST_HIDDEN = 10
 """Upper treads of a straight flight that may have been hidden from below: it is drawn on to the floor above."""
+LEAST_RISE_TO_NOTHING = 1.6
+"""The same where no floor is known above: shelves and stacks in a room are lower."""
 LEAST_RISE = 0.9
 """Rise, metres, from which steps are a stair."""
 LEDGE = 0.3
@@ -168,7 +170,7 @@ def _stair(
     kind = "straight" if length > STRAIGHT else "winding" if length > SPIRAL else "spiral"
     riser = float(np.median(height[mine[:, 1]] - height[mine[:, 0]]))
     low, high = float(height[chain].min()), float(height[chain].max())
-    if low > floor + 4 * riser:
+    if low > floor + 4 * riser or (above is None and high - floor < LEAST_RISE_TO_NOTHING):
         return None
     direction = _along_walls(mean, yaw)
     points = xy[np.isin(tread, chain)]
