@@ -265,7 +265,14 @@ def test_the_work_folder_is_hidden_at_the_first_output(output: str, work: str) -
 def spawn(arguments: Sequence[object], **extra: str) -> subprocess.Popen[str]:
     environment: Mapping[str, str] = {**os.environ, **extra}
     command = [sys.executable, str(FAKE_CLI), *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells ignore it for what runs in background
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
