@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -14,14 +13,13 @@ from shapely.geometry import LineString, Polygon
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scene import Scene, load_scene
-from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.panes import as_glass, with_panes
-from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.shapes import JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
@@ -162,7 +160,7 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
 
 
 def _space(polygon: Polygon, plan: Plan) -> SpaceShape:
-    inside = _pixels(polygon, plan)
+    inside = pixels_in(polygon, plan)
     heights = plan.ceiling_z[inside]
     heights = heights[np.isfinite(heights)]
     return SpaceShape(
@@ -173,16 +171,6 @@ def _space(polygon: Polygon, plan: Plan) -> SpaceShape:
         round(float(plan.floor[inside].mean()), 3) if inside.any() else 0.0,
         round(float(plan.ceiling[inside].mean()), 3) if inside.any() else 0.0,
     )
-
-
-def _pixels(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
-    """Mask of the plan's pixels inside a polygon, holes left out."""
-    mask = np.zeros(plan.floor.shape, np.uint8)
-    for value, rings in ((1, [polygon.exterior]), (0, list(polygon.interiors))):
-        for ring in rings:
-            corners = (shapely.get_coordinates(ring) - plan.origin) / PLAN * 16
-            cv2.fillPoly(mask, [np.rint(corners).astype(np.int32)], value, shift=4)
-    return mask > 0
 
 
 def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> WallShape:

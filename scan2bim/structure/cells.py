@@ -87,24 +87,30 @@ def find_spaces(
     """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
     if not faces:
         return (), ()
+    free = _free_above(plan, panoramas)
     bare = without_strips(plan)
-    ends = edge_faces(bare, (), space_evidence(bare, panoramas), main_direction(faces))
+    ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))
     lintels, kept = window_fronts(plan, ends, faces, panoramas)
     plan = without_strips(plan, lintels)
-    score = space_evidence(plan, panoramas)
+    score = space_evidence(plan, free)
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score)
     inside = label_cells(cells)
     return _merge_spaces(cells, inside), tuple(lintels)
 
 
-def space_evidence(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.float32]:
-    """Evidence per pixel, -1 to 1 for each square metre, that it belongs to a space."""
+def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
+    """Pixels through which a station looked just below the ceiling, above doors and windows."""
+    height = (plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top) - UNDER_CEILING
+    return looked_through(plan.origin, plan.floor.shape, panoramas, height)
+
+
+def space_evidence(plan: Plan, free: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Evidence per pixel, -1 to 1 for each square metre, that it belongs to a space; ``free`` was looked through."""
     ceiling, floor = plan.ceiling > 0, plan.floor > 0
     roofed = ceiling.sum() > 0.3 * floor.sum()
     score = np.full(floor.shape, NOTHING, np.float32)
-    height = (plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top) - UNDER_CEILING
-    score[looked_through(plan.origin, floor.shape, panoramas, height)] = FREE if roofed else 0.4
+    score[free] = FREE if roofed else 0.4
     if roofed:
         score[floor & (score < 0)] = 0.1
         score[ceiling] = 1.0

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
@@ -211,3 +213,13 @@ def _roof_near(ceiling_z: F32) -> F32:
     if not known.any():
         return np.full(ceiling_z.shape, np.inf, np.float32)
     return ceiling_z.ravel()[nearest_of(known)]
+
+
+def pixels_in(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
+    """Mask of the plan's pixels inside a polygon, holes left out."""
+    mask = np.zeros(plan.floor.shape, np.uint8)
+    for value, rings in ((1, [polygon.exterior]), (0, list(polygon.interiors))):
+        for ring in rings:
+            corners = (shapely.get_coordinates(ring) - plan.origin) / PLAN * 16
+            cv2.fillPoly(mask, [np.rint(corners).astype(np.int32)], value, shift=4)
+    return mask > 0

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed
-from scan2bim.structure.plan import Plan
+from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.storeys import Layers, standing_and_hanging
 
 LEVEL = 0.03
@@ -228,10 +227,8 @@ def wells_of(below: Sequence[FoundStair], plan: Plan) -> list[Polygon]:
     wells: list[Polygon] = []
     bare = 1 - closed(plan.floor, 5)
     for stair in below:
-        inside = np.zeros(plan.floor.shape, np.uint8)
-        ring = (shapely.get_coordinates(stair.outline) - plan.origin) / PLAN * 16
-        cv2.fillPoly(inside, [np.rint(ring).astype(np.int32)], 1, shift=4)
-        if (inside & bare).sum() > 0.5 * inside.sum():
+        inside = pixels_in(stair.outline, plan)
+        if (bare[inside] > 0).sum() > 0.5 * inside.sum():
             well = _open_part(stair, plan) if stair.kind == "straight" else stair.outline
             wells += [well] if well.area > SMALLEST_WELL else []
     return wells
