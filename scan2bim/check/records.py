@@ -49,7 +49,11 @@ def _georeference(model: Model) -> Iterator[Finding]:
         return
     project = model.file.by_type("IfcProject")[0]
     made = list(model.file.by_type("IfcMapConversion"))
-    numbers = {(r.Eastings, r.Northings, r.OrthogonalHeight, r.XAxisAbscissa, r.XAxisOrdinate) for r in made}
+    numbers: set[tuple[object, ...]] = {
+        (r.Eastings, r.Northings, r.OrthogonalHeight, r.XAxisAbscissa, r.XAxisOrdinate) for r in made
+    }
+    rigid = model.file.by_type("IfcRigidOperation") if model.file.schema_identifier == "IFC4X3_ADD2" else ()
+    numbers |= {(r.FirstCoordinate.wrappedValue, r.SecondCoordinate.wrappedValue, r.Height) for r in rigid}
     if len(numbers) > 1:
         yield finding(project, "two places on the map", "its map conversions differ", len(numbers))
     for relation in made:

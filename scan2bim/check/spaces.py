@@ -276,12 +276,13 @@ def _parents(relations: list[Entity]) -> Iterator[Finding]:
 
 
 def _twins(relations: list[Entity]) -> Iterator[Finding]:
+    """A pair may be stated on one side or on both; each boundary is of one pair."""
     for relation in relations:
         twin = getattr(relation, "CorrespondingBoundary", None)
         if twin is None:
             continue
-        if twin.CorrespondingBoundary != relation:
-            yield finding(relation, "other side does not answer", "its corresponding boundary names another or none")
+        if twin.CorrespondingBoundary not in (None, relation) or len(twin.Corresponds) > 1:
+            yield finding(relation, "other side does not answer", "its corresponding boundary names another")
         elif (
             twin.RelatedBuildingElement != relation.RelatedBuildingElement
             or twin.RelatingSpace == relation.RelatingSpace

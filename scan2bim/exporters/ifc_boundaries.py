@@ -29,7 +29,8 @@ def add_boundaries(draft: Draft, building: Building, levels: Sequence[Level]) ->
         if element is not None and space is not None:
             made[boundary.key] = _relation(draft.ifc, boundary, space, element, base, boundary.element in buried, made)
     for boundary in boundaries:
-        if boundary.twin in made and boundary.key in made and not draft.ifc.dialect.old:
+        # A pair is stated once: the inverse attribute leads back, and who follows references upwards comes to an end.
+        if boundary.twin in made and boundary.twin > boundary.key and not draft.ifc.dialect.old:
             made[boundary.key].CorrespondingBoundary = made[boundary.twin]
     for level in levels:
         contain(draft, level, gaps.get(level.entity.GlobalId, ()), "virtual elements")

@@ -7,18 +7,10 @@ from collections.abc import Sequence
 from scan2bim import __version__
 from scan2bim.exporters.ifc_draft import Draft, Level, aggregate
 from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile
+from scan2bim.exporters.ifc_georeference import georeference, old_georeference
 from scan2bim.exporters.ifc_properties import Value, dimensions, text
 from scan2bim.exporters.ifc_shapes import axes, placement
-from scan2bim.model.elements import Building, Frame, Storey
-
-UNKNOWN_GRID = "unknown: local survey grid"
-"""Name of the map's coordinate system where the scans do not tell it."""
-
-_LOCAL_GRID = (
-    'ENGCRS["{name}",EDATUM["local"],CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],'
-    'AXIS["northing (N)",north,ORDER[2]],LENGTHUNIT["metre",1.0]]'
-)
-"""What 4.3 wants of a grid without an EPSG code, as well-known text."""
+from scan2bim.model.elements import Building, Storey
 
 TIME_STAMP = "1970-01-01T00:00:00"
 """The header's time. The model knows no time and the clock would make equal files differ."""
@@ -47,7 +39,7 @@ def project(ifc: IfcFile, building: Building) -> tuple[Entity, Contexts]:
         footprint=_subcontext(ifc, plan, "FootPrint", "MODEL_VIEW"),
         symbol=_subcontext(ifc, plan, "FootPrint", "PLAN_VIEW"),
     )
-    _georeference(ifc, building.frame, (model, plan))
+    georeference(ifc, building.frame, (model, plan))
     return entity, contexts
 
 
@@ -76,41 +68,6 @@ def _subcontext(ifc: IfcFile, parent: Entity, identifier: str, view: str) -> Ent
     )
 
 
-def _georeference(ifc: IfcFile, frame: Frame, contexts: Sequence[Entity]) -> None:
-    """Where the building lies: what was taken off its coordinates at reading, given back as the map conversion."""
-    if ifc.dialect.old:
-        return
-    metre = next(unit for unit in ifc.file.by_type("IfcSIUnit") if unit.UnitType == "LENGTHUNIT")
-    crs = ifc.add("IfcProjectedCRS", _grid(frame), None, None, None, None, None, metre)
-    if ifc.dialect.new and not _grid(frame).startswith("EPSG:"):
-        ifc.add("IfcWellKnownText", _LOCAL_GRID.format(name=_grid(frame).replace('"', "'")), crs)
-    for context in contexts if ifc.dialect.new else contexts[:1]:  # 4.3 wants it of each context, IFC4 of one
-        ifc.add("IfcMapConversion", context, crs, *frame.shift, 1.0, 0.0, 1.0)
-
-
-def is_georeferenced(frame: Frame) -> bool:
-    """Whether anything is known of where the building lies."""
-    return frame.crs is not None or frame.shift != (0.0, 0.0, 0.0)
-
-
-def _grid(frame: Frame) -> str:
-    name = frame.crs or UNKNOWN_GRID
-    return (f"EPSG:{name}" if name.isdigit() else name)[:255]
-
-
-def _old_georeference(draft: Draft, site: Entity, frame: Frame) -> None:
-    """In IFC2X3 the map conversion is a pair of property sets of the site, by buildingSMART's recommendation."""
-    if not draft.ifc.dialect.old or not is_georeferenced(frame):
-        return
-    draft.properties.custom(site, "ePSet_ProjectedCRS", {"Name": ("IfcLabel", _grid(frame))})
-    names = ("Eastings", "Northings", "OrthogonalHeight")
-    values: dict[str, Value | None] = {
-        name: ("IfcLengthMeasure", value) for name, value in zip(names, frame.shift, strict=True)
-    }
-    turn: dict[str, Value | None] = {"XAxisAbscissa": ("IfcReal", 1.0), "XAxisOrdinate": ("IfcReal", 0.0)}
-    draft.properties.custom(site, "ePSet_MapConversion", values | turn | {"Scale": ("IfcReal", 1.0)})
-
-
 def spatial_structure(draft: Draft, project: Entity, building: Building) -> list[Level]:
     """Site, building and storeys below the project; the storeys in the model's order."""
     ifc = draft.ifc
@@ -123,7 +80,7 @@ def spatial_structure(draft: Draft, project: Entity, building: Building) -> list
     aggregate(ifc, site, [house])
     aggregate(ifc, house, [level.entity for level in levels])
     _building_properties(draft, house, building)
-    _old_georeference(draft, site, building.frame)
+    old_georeference(draft, site, building.frame)
     return levels
 
 

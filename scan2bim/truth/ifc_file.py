@@ -137,7 +137,7 @@ class IfcModel:
         """(4, 4) from world to map coordinates by the file's IfcMapConversion, None without one."""
         found = self.of("IfcMapConversion")
         if not found:
-            return None
+            return self._rigid_operation()
         conversion = found[0]
         x, y = conversion.XAxisAbscissa or 1.0, conversion.XAxisOrdinate or 0.0
         length = float(np.hypot(x, y)) or 1.0
@@ -147,6 +147,16 @@ class IfcModel:
         matrix = np.eye(4)
         matrix[:3, :3] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
         matrix[:3, 3] = [float(value or 0.0) * self._map_unit(conversion) for value in moved]
+        return matrix
+
+    def _rigid_operation(self) -> F64 | None:
+        """What 4.3 may have instead of a map conversion."""
+        lengths = [r for r in self.of("IfcRigidOperation") if r.FirstCoordinate.is_a("IfcLengthMeasure")]
+        if not lengths:
+            return None
+        moved = (lengths[0].FirstCoordinate.wrappedValue, lengths[0].SecondCoordinate.wrappedValue, lengths[0].Height)
+        matrix = np.eye(4)
+        matrix[:3, 3] = [float(value or 0.0) * self.unit for value in moved]
         return matrix
 
     def _map_unit(self, conversion: Entity) -> float:

@@ -59,7 +59,7 @@ class ModelElement:
 
 @dataclass(frozen=True, slots=True)
 class MapConversion:
-    """IfcMapConversion with its scale applied to metres: eastings, northings, height (m), turn (radians), crs name."""
+    """IfcMapConversion, or 4.3's rigid operation, in metres: eastings, northings, height, turn (radians), crs name."""
 
     eastings: float
     northings: float
@@ -128,7 +128,7 @@ def read_model(path: Path) -> IfcModel:
     )
     project = file.by_type("IfcProject")
     name = (project[0].LongName or project[0].Name or path.stem) if project else path.stem
-    return IfcModel(path, file.schema, name, elements, _storeys(file), _conversion(file), bare)
+    return IfcModel(path, file.schema, name, elements, _storeys(file), conversion_of(file), bare)
 
 
 def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[ModelElement]:
@@ -250,7 +250,8 @@ def _length(product: Any, attribute: str, scale: float) -> float | None:
     return float(value) * scale if isinstance(value, int | float) and value > 0 else None
 
 
-def _conversion(file: ifcopenshell.file) -> MapConversion | None:
+def conversion_of(file: ifcopenshell.file) -> MapConversion | None:
+    """How the model's coordinates became those of the map, None where the file does not say."""
     if file.schema == "IFC2X3":
         return None
     for entry in file.by_type("IfcMapConversion"):
@@ -267,6 +268,11 @@ def _conversion(file: ifcopenshell.file) -> MapConversion | None:
             turn,
             getattr(target, "Name", None),
         )
+    for entry in file.by_type("IfcRigidOperation") if file.schema_identifier == "IFC4X3_ADD2" else ():
+        metres = unit_util.calculate_unit_scale(file)
+        if entry.FirstCoordinate.is_a("IfcLengthMeasure"):
+            east, north = (value.wrappedValue * metres for value in (entry.FirstCoordinate, entry.SecondCoordinate))
+            return MapConversion(east, north, (entry.Height or 0.0) * metres, 0.0, entry.TargetCRS.Description)
     return None
 
 

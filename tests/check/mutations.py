@@ -412,14 +412,17 @@ def door_boundary_without_parent(f):
 @mutation
 def other_side_unanswered(f):
     """other side does not answer"""
-    boundaries(f, "room-store", "door-measured")[0].CorrespondingBoundary = None
+    for one in boundaries(f, "room-store", "door-measured") + boundaries(f, "room-hall", "door-measured"):
+        one.CorrespondingBoundary = boundaries(f, "room-hall", "opening-pass")[0]
 
 
 @mutation
 def other_side_of_another(f):
     """other side of another thing"""
     one, two = boundaries(f, "room-store", "door-measured")[0], boundaries(f, "room-hall", "opening-pass")[0]
-    one.CorrespondingBoundary, two.CorrespondingBoundary = two, one
+    for boundary in f.by_type("IfcRelSpaceBoundary2ndLevel"):
+        boundary.CorrespondingBoundary = None
+    one.CorrespondingBoundary = two
 
 
 @mutation

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import ifcopenshell
 import ifcopenshell.util.element as util
+import ifcopenshell.util.geolocation
 import ifcopenshell.util.placement
 import ifcopenshell.util.unit
 import ifcopenshell.validate
@@ -18,9 +19,12 @@ import pytest
 from buildings import box, building, measured, opening, space, wall
 from ifc_help import entity, one_storey, points, volume, whole, written
 
+from scan2bim.config import ExportSettings
 from scan2bim.exporters.ifc import export
 from scan2bim.model.elements import Building, Column, Frame, Join, Slab, Space, Storey, Wall
 from scan2bim.model.queries import openings_of, walls_of
+from scan2bim.truth.ifc_file import IfcModel as TruthIfc
+from scan2bim.verify.ifc_model import conversion_of
 
 
 @pytest.fixture(scope="module")
@@ -175,16 +179,47 @@ def test_what_was_taken_off_the_coordinates_is_the_map_conversion(house):
 
 
 @pytest.mark.parametrize(
-    ("frame", "name"),
+    ("crs", "name"),
     [
-        (Frame(shift=(1000.0, 0.0, 0.0)), "unknown: local survey grid"),
-        (Frame(crs="25832"), "EPSG:25832"),
-        (Frame(), "unknown: local survey grid"),
+        ("25832", "EPSG:25832"),
+        ("EPSG:25832", "EPSG:25832"),
+        ("ETRS89 / UTM zone 32N (EPSG:25832)", "EPSG:25832"),
+        ("Site grid", 'PROJCRS["Site grid",'),
+        (None, 'PROJCRS["unknown",'),
+        ('"' * 300, "PROJCRS["),
     ],
 )
-def test_the_map_is_named_as_far_as_it_is_known(tmp_path, frame, name):
-    file = written(Building(id="b", name="b", frame=frame), tmp_path)
+def test_the_map_is_named_as_far_as_it_is_known(tmp_path, crs, name):
+    file = written(Building(id="b", name="b", frame=Frame(crs=crs, shift=(1000.0, 0.0, 0.0))), tmp_path)
+    (found,) = file.by_type("IfcProjectedCRS")
+    assert found.Name == name if name.startswith("EPSG") else found.Name.startswith(name)
+    assert len(found.Name) <= 255 and found.Name.count("[") == found.Name.count("]")
+    assert found.Description == (crs or "unknown")[:255]
+
+
+@pytest.mark.parametrize(("crs", "name"), [(None, "WKT"), ("Site grid", "WKT"), ("25832", "EPSG:25832")])
+def test_the_newest_version_shifts_to_an_unknown_map_by_a_rigid_operation(tmp_path, crs, name):
+    frame = Frame(crs=crs, shift=(1000.0, 2000.0, 3.0))
+    export(Building(id="b", name="b", frame=frame), tmp_path / "b.ifc", ExportSettings(ifc_version="IFC4X3_ADD2"))
+    file = ifcopenshell.open(str(tmp_path / "b.ifc"))
     assert [crs.Name for crs in file.by_type("IfcProjectedCRS")] == [name]
+    assert len(file.by_type("IfcWellKnownText")) == (name == "WKT")
+    shift = ifcopenshell.util.geolocation.get_helmert_transformation_parameters(file)
+    assert (shift.e, shift.n, shift.h) == frame.shift
+    found = [read(tmp_path / "b.ifc") for read in (placed_for_scores, placed_for_verification)]
+    assert [tuple(matrix[:3, 3]) for matrix in found] == [frame.shift] * 2
+
+
+def placed_for_scores(path: Path) -> np.ndarray:
+    matrix = TruthIfc(path).map_conversion()
+    assert matrix is not None
+    return matrix
+
+
+def placed_for_verification(path: Path) -> np.ndarray:
+    conversion = conversion_of(ifcopenshell.open(str(path)))
+    assert conversion is not None
+    return conversion.matrix()
 
 
 def test_two_runs_write_the_same_bytes_whatever_the_hash_seed_and_the_place(tmp_path):
