@@ -49,7 +49,7 @@ READ = Stage("read", 4, ("survey",), lambda s: s.read, 2.0, 0)
 SURFELS = Stage("surfels", 2, ("read",), lambda s: s.surfels, 0.3, 150)
 STRUCTURE = Stage("structure", 10, ("surfels", "read"), lambda s: s.structure, 1.0, 130)
 OPENINGS = Stage("openings", 14, ("structure", "surfels", "read"), lambda s: s.openings, 0.5, 200)
-MODEL = Stage("model", 4, ("survey", "structure", "openings", "read"), lambda s: None, 0.2, 0)
+MODEL = Stage("model", 5, ("survey", "structure", "openings", "surfels", "read"), lambda s: None, 0.4, 20)
 EXPORT = Stage("export", 1, ("model",), lambda s: None, 1.5, 0)
 
 STAGES = (SURVEY, READ, SURFELS, STRUCTURE, OPENINGS, MODEL, EXPORT)
@@ -186,7 +186,10 @@ def run_debug_images(folders: Folders, pictures: Path, settings: Settings, progr
 def run_model(name: str, scans: ScanSet, frame: SurveyFrame, folders: Folders) -> Building:
     """Assemble the building and note on it what was left out."""
     from scan2bim.assemble import assemble_building
+    from scan2bim.cloud.scene import load_scene
+    from scan2bim.coverage.measure import with_coverage
 
     headers = [scan.header for scan in scans.scans]
     building = assemble_building(name, headers, frame, folders.structure, folders.openings, folders.scans)
+    building = with_coverage(building, load_scene(folders.surfels, folders.scans), folders.scans)
     return building.model_copy(update={"notes": (*building.notes, *scans.notes)})

@@ -36,7 +36,7 @@ from scan2bim.model.elements import (
 
 HEIGHT = 2.6
 SEEN = (
-    FaceView(side="left", seen=0.8, occluded=0.15, unseen=0.05, points=8000, rms=0.003),
+    FaceView(side="left", area=12.5, seen=0.8, occluded=0.15, unseen=0.05, points=8000, rms=0.003),
     FaceView(side="right", seen=0.0, occluded=0.0, unseen=1.0),
 )
 

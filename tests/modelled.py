@@ -26,6 +26,7 @@ from scan2bim.cloud.scene import Scene as ScannedScene
 from scan2bim.cloud.scene import load_scene
 from scan2bim.cloud.surfels import make_surfels
 from scan2bim.config import FrameSettings, OpeningSettings, ReadSettings, StructureSettings, SurfelSettings
+from scan2bim.coverage.measure import with_coverage
 from scan2bim.model.elements import Building
 from scan2bim.openings.build import find_openings
 from scan2bim.openings.shapes import OpeningShape, load_openings
@@ -101,13 +102,15 @@ def model_of(scans: Sequence[Scan], settings: FrameSettings | None = None) -> Mo
         make_surfels(parts, folder, SurfelSettings(), _silent)
         find_structure(folder, parts, folder, StructureSettings(), _silent)
         find_openings(folder, folder, parts, folder, OpeningSettings(), _silent)
+        cloud = load_scene(folder, parts)
+        building = assemble_building("test", headers, frame, folder, folder, parts)
         return Modelled(
             frame,
             tuple(ScanSummary.load(part) for part in parts),
-            load_scene(folder, parts),
+            cloud,
             StructureShape.load(folder / "structure.json"),
             load_openings(folder / "openings.json"),
-            assemble_building("test", headers, frame, folder, folder, parts),
+            with_coverage(building, cloud, parts),
         )
 
 

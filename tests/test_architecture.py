@@ -52,6 +52,7 @@ MAY_IMPORT = {
     "structure": BASE | {"cloud", "model", "geometry"},
     "openings": BASE | {"cloud", "model", "geometry", "structure"},
     "verify": BASE | {"cloud", "model", "geometry"},
+    "coverage": BASE | {"cloud", "model", "geometry"},
     "exporters": {"errors", "config", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
     "check": {"errors"},
@@ -59,7 +60,7 @@ MAY_IMPORT = {
     "simulate": {"errors", "cloud", "model", "geometry", "truth"},
     "evaluate": {"errors", "truth"},
     "pipeline": BASE
-    | {"readers", "structure", "openings", "verify", "exporters", "report", "cloud", "model", "geometry"},
+    | {"readers", "structure", "openings", "verify", "coverage", "exporters", "report", "cloud", "model", "geometry"},
     "cli": BASE
     | {
         "pipeline",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
-from scan2bim.model.elements import Door, Storey, Window
+from scan2bim.model.coverage import coverage_line, coverage_of, worst_scan_line
+from scan2bim.model.elements import Building, Door, ScanSource, Storey, Window
 from scan2bim.pipeline import Outcome
 from scan2bim.planning import Plan, Request
 from scan2bim.progress import about, several, size
@@ -56,6 +58,10 @@ def outcome_text(outcome: Outcome) -> str:
         *_table(rows),
         "",
     ]
+    if covered := coverage_line(building):
+        lines += [f"coverage: {covered}"]
+    if worst := worst_scan_line(building):
+        lines += [f"warning: {worst}"]
     lines += [f"note: {note}" for note in building.notes]
     lines += [f"note: {', '.join(names)}: {note}" for note, names in _notes_of_files(outcome).items()]
     lines += [f"wrote {written.path} ({size(written.size)})" for written in outcome.written]
@@ -82,6 +88,8 @@ def outcome_json(outcome: Outcome, request: Request) -> dict[str, Any]:
         "storeys": [
             {"id": s.id, "name": s.name, "elevation": s.elevation.value, **count_storey(s)} for s in building.storeys
         ],
+        "coverage": _coverage_json(building),
+        "scan_residuals": [_residual_json(scan) for scan in building.scans],
         "notes": list(building.notes),
         "files": [{"path": str(w.path), "bytes": w.size, "notes": list(w.notes)} for w in outcome.written],
         "stages": [
@@ -90,6 +98,18 @@ def outcome_json(outcome: Outcome, request: Request) -> dict[str, Any]:
         ],
         "work": str(request.work),
     }
+
+
+def _coverage_json(building: Building) -> dict[str, Any] | None:
+    """Shares of the faces that bound spaces; None where they are not known."""
+    found = coverage_of(building)
+    return None if found is None else asdict(found)
+
+
+def _residual_json(scan: ScanSource) -> dict[str, Any]:
+    """How far a scan lies off the others, metres; null where that is not known."""
+    residual = None if scan.residual is None else scan.residual.model_dump(mode="json")
+    return {"id": scan.id, "name": scan.name, "residual": residual}
 
 
 def plan_text(plan: Plan, request: Request) -> str:

@@ -10,6 +10,7 @@ from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile
 from scan2bim.exporters.ifc_georeference import georeference, old_georeference
 from scan2bim.exporters.ifc_properties import Value, dimensions, text
 from scan2bim.exporters.ifc_shapes import axes, placement
+from scan2bim.model.coverage import scan_offset
 from scan2bim.model.elements import Building, Storey
 
 TIME_STAMP = "1970-01-01T00:00:00"
@@ -115,6 +116,8 @@ def _building_properties(draft: Draft, house: Entity, building: Building) -> Non
     scans: dict[str, Value | None] = {}
     for number, scan in enumerate(building.scans, 1):
         where = "" if scan.position is None else " at ({:.3f}, {:.3f}, {:.3f})".format(*scan.position)
+        if (off := scan_offset(scan)) is not None:
+            where += f", {1000 * off:.1f} mm off the other scans"
         scans[f"Scan{number:03d}"] = ("IfcText", f"{scan.name}: {scan.points} points, {scan.file}{where}")
     draft.properties.custom(house, "S2B_Scans", scans)
     notes: dict[str, Value | None] = {f"Note{i:03d}": ("IfcText", note) for i, note in enumerate(building.notes, 1)}

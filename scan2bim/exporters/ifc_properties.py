@@ -145,6 +145,7 @@ def _faces(found: Evidence) -> dict[str, Value | None]:
     out: dict[str, Value | None] = {}
     for face in found.faces:
         name = f"{face.side.capitalize()}Face"
+        out[f"{name}Area"] = measure("IfcAreaMeasure", face.area)
         for share in ("seen", "occluded", "unseen"):
             out[f"{name}{share.capitalize()}"] = ("IfcNormalisedRatioMeasure", getattr(face, share))
         out[f"{name}Points"] = ("IfcInteger", face.points)

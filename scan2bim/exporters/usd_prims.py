@@ -17,7 +17,7 @@ from scan2bim import __version__
 
 from scan2bim.geometry.meshes import Mesh, face_normals
 from scan2bim.model.colours import to_linear, to_srgb
-from scan2bim.model.elements import Building, Colour, Dimension, Element, Evidence, Frame, Record, ScanSource, Storey
+from scan2bim.model.elements import Building, Colour, Dimension, Element, Evidence, FaceView, Frame, Record, ScanResidual, ScanSource, Storey
 from scan2bim.model.ids import ifc_guid
 
 ROOT: Final = Sdf.Path("/Building")
@@ -137,7 +137,7 @@ def _write_field(prim: Usd.Prim, name: str, value: object) -> None:
             _attribute(prim, f"{name}:source", types.Token, value.source)
             if value.sigma is not None:
                 _attribute(prim, f"{name}:sigma", types.Double, value.sigma)
-        case Evidence() | Frame():
+        case Evidence() | Frame() | ScanResidual():
             write_fields(prim, value, name)
         case bool():
             _attribute(prim, name, types.Bool, value)
@@ -147,6 +147,9 @@ def _write_field(prim: Usd.Prim, name: str, value: object) -> None:
             _attribute(prim, name, types.Double, value)
         case str() if value:
             _attribute(prim, name, types.String, value)
+        case (FaceView(), *_):
+            for face in value:
+                write_fields(prim, face, f"{name}:{face.side}")
         case (str(), *_):
             _attribute(prim, name, types.StringArray, Vt.StringArray(value))
         case (float(x), float(y), float(z)):

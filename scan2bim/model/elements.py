@@ -39,11 +39,13 @@ class Dimension(Record):
 class FaceView(Record):
     """What the scans saw of one face of an element: shares of its area, openings left out, that add up to 1.
 
-    side: of a wall, looking along its axis; or of a plate. seen: with points on it; occluded: something stood before
-    it; unseen: no scan looked there. points on it, rms metres of those to the fitted plane.
+    side: of a wall, looking along its axis; or of a plate. area: square metres of it that bound spaces (of a side
+    without spaces: all of it). seen: with points on it; occluded: something stood before it; unseen: no scan looked
+    there. points on it, rms metres of those to the fitted plane.
     """
 
     side: Literal["left", "right", "top", "under"]
+    area: float | None = None
     seen: Share
     occluded: Share
     unseen: Share
@@ -285,14 +287,31 @@ class Storey(Record):
     stairs: tuple[Stair, ...] = ()
 
 
+class ScanResidual(Record):
+    """By how much a scan lies off the building's faces as the other scans see them, metres in the local frame.
+
+    offset along x, y, z: what is to be taken off its points; None where no face across it was shared. sigma: one
+    standard deviation of each. rms of what the offset leaves. patches: square metres of faces shared with other scans.
+    """
+
+    offset: tuple[float | None, float | None, float | None]
+    sigma: tuple[float | None, float | None, float | None]
+    rms: float
+    patches: int
+
+
 class ScanSource(Record):
-    """A scan that the model was made from. position: the scanner's, in the local frame, None where unknown."""
+    """A scan that the model was made from. position: the scanner's, in the local frame, None where unknown.
+
+    residual: how well it fits the others, None where it shares too little with them.
+    """
 
     id: str
     name: str
     file: str
     points: int
     position: Point3 | None = None
+    residual: ScanResidual | None = None
 
 
 class Frame(Record):

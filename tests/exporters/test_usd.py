@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from buildings import building, door, special_storey, turned, wall
+from every_shape import every_shape
 from pxr import Gf, Tf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, UsdUtils, UsdValidation
 
 from scan2bim.errors import Scan2BimError
@@ -143,6 +144,17 @@ def test_every_element_is_there_with_its_identity_and_evidence(stage):
     wall_prim = prim_of(stage, "wall-g-middle")
     assert wall_prim.GetAttribute("s2b:evidence:sentence").Get() == "Both faces seen."
     assert wall_prim.GetAttribute("s2b:thickness:source").Get() == "measured"
+
+
+def test_what_was_seen_of_each_face_is_an_attribute():
+    model = every_shape()
+    wall = next(wall for wall in model.storeys[0].walls if wall.evidence.faces)
+    stage, _ = build_stage(model)
+    prim = prim_of(stage, wall.id)
+    for view in wall.evidence.faces:
+        for share in ("seen", "occluded", "unseen"):
+            assert prim.GetAttribute(f"s2b:evidence:faces:{view.side}:{share}").Get() == getattr(view, share)
+    assert prim.GetAttribute("s2b:evidence:faces:left:area").Get() == 12.5
 
 
 def test_every_opening_names_its_host(stage):

@@ -1,0 +1,121 @@
+"""The free space of a storey's model as a raster: at each place of the plan, from which to which height there is air.
+
+Spaces are air from floor to ceiling, openings from sill to head, all else is solid or unknown. It answers whether the
+model itself stands between two places.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.model.elements import Storey, Wall
+from scan2bim.model.queries import wall_arc, wall_length
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+
+PIXEL = 0.05
+"""Edge of a pixel, metres: half of the thinnest partition that is found."""
+INSIDE = 0.10
+"""Metres from walls, floor and ceiling from which on a place is inside a space: skirting boards and errors are less."""
+RIM = 1.0
+"""Metres round the spaces that the raster reaches: outer walls and what is right before them."""
+_FIXED = 4
+"""Bits of a pixel's fraction that polygons are drawn to."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rooms:
+    """The raster, turned into the building's main direction.
+
+    origin (2,) local metres of the lower left corner; yaw (radians) of its columns' direction. space (r, c) int16:
+    number of the space in the storey, -1 for none. low, high (r, c) float32: z between which there is air, low > high
+    for none. inner (r, c) bool: farther than ``INSIDE`` from the border of all spaces.
+    """
+
+    origin: F64
+    yaw: float
+    space: NDArray[np.int16]
+    low: F32
+    high: F32
+    inner: NDArray[np.bool_]
+
+    @property
+    def frame(self) -> F64:
+        """(4,): origin, cosine and sine of the yaw, as compiled loops take it."""
+        return np.array([self.origin[0], self.origin[1], math.cos(self.yaw), math.sin(self.yaw)])
+
+    def turned(self, xy: F64) -> F64:
+        """(n, 2) local metres as metres along columns and rows."""
+        _, _, c, s = self.frame
+        return (xy - self.origin) @ np.array([[c, -s], [s, c]])
+
+    def local(self, along: F64) -> F64:
+        """(n, 2) metres along columns and rows as local metres."""
+        _, _, c, s = self.frame
+        return along @ np.array([[c, s], [-s, c]]) + self.origin
+
+    def pixels(self, xy: F64) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns (n,) of places (n, 2) local metres; those outside are moved to the (empty) edge."""
+        place = np.floor(self.turned(xy) / PIXEL).astype(np.intp)
+        rows, cols = self.space.shape
+        return np.clip(place[:, 1], 0, rows - 1), np.clip(place[:, 0], 0, cols - 1)
+
+
+def rooms_of(storey: Storey, yaw: float) -> Rooms | None:
+    """The raster of a storey; None where it has no spaces."""
+    if not storey.spaces:
+        return None
+    corners = np.array([p for space in storey.spaces for p in space.outline])
+    ends = np.array([p for wall in storey.walls for p in (wall.start, wall.end)]).reshape(-1, 2)
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[c, -s], [s, c]])
+    turned = np.concatenate([corners, ends]) @ turn
+    low = turned.min(0) - RIM
+    shape = tuple(int(n) for n in np.ceil((turned.max(0) + RIM - low) / PIXEL).astype(int)[::-1])
+    origin = low @ turn.T
+    space = np.full(shape, -1, np.int16)
+    floor, ceiling = np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)
+    raster = Rooms(origin, yaw, space, floor, ceiling, np.zeros(shape, np.bool_))
+    for wall in storey.walls:
+        _cut_openings(wall, raster)
+    for number, room in enumerate(storey.spaces):
+        mask = drawn([room.outline, *room.holes], raster)
+        space[mask] = number
+        floor[mask], ceiling[mask] = room.base, room.base + room.height.value
+    away = cv2.distanceTransform((space >= 0).astype(np.uint8), cv2.DIST_L2, 3)
+    raster.inner[:] = away * PIXEL > INSIDE
+    return raster
+
+
+def drawn(rings: Sequence[Sequence[tuple[float, float]]], raster: Rooms) -> NDArray[np.bool_]:
+    """Pixels inside rings (even-odd), local metres."""
+    mask = np.zeros(raster.space.shape, np.uint8)
+    corners = [raster.turned(np.array(ring)) / PIXEL - 0.5 for ring in rings]
+    fixed = [np.rint(ring * (1 << _FIXED)).astype(np.int32) for ring in corners]
+    cv2.fillPoly(mask, fixed, 1, shift=_FIXED)
+    return mask > 0
+
+
+def _cut_openings(wall: Wall, raster: Rooms) -> None:
+    """Air from sill to head through the wall; a pixel farther on either side, so that it joins the spaces."""
+    axis, half = wall_arc(wall), wall.thickness.value / 2 + 1.5 * PIXEL
+    direction = (np.array(wall.end) - wall.start) / max(axis.chord, 1e-9)
+    across = np.array([-direction[1], direction[0]])
+    for opening in wall.openings:
+        if opening.depth is not None:
+            continue
+        ends = np.clip([opening.offset.value, opening.offset.value + opening.width.value], 0.0, wall_length(wall))
+        along = np.array([ends[0], ends[1], ends[1], ends[0]])
+        flat = axis.place(along, np.array([-half, -half, half, half]))
+        ring = flat[:, :1] * direction + flat[:, 1:] * across + wall.start
+        mask = drawn([[(float(x), float(y)) for x, y in ring]], raster)
+        sill = wall.base + opening.sill.value
+        raster.low[mask] = np.minimum(raster.low[mask], sill)
+        raster.high[mask] = np.maximum(raster.high[mask], sill + opening.height.value)
