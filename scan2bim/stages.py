@@ -186,10 +186,9 @@ def run_debug_images(folders: Folders, pictures: Path, settings: Settings, progr
 def run_model(name: str, scans: ScanSet, frame: SurveyFrame, folders: Folders) -> Building:
     """Assemble the building and note on it what was left out."""
     from scan2bim.assemble import assemble_building
-    from scan2bim.cloud.scene import load_scene
-    from scan2bim.coverage.measure import with_coverage
+    from scan2bim.coverage.measure import covered
 
     headers = [scan.header for scan in scans.scans]
     building = assemble_building(name, headers, frame, folders.structure, folders.openings, folders.scans)
-    building = with_coverage(building, load_scene(folders.surfels, folders.scans), folders.scans)
+    building = covered(building, folders.surfels, folders.scans)
     return building.model_copy(update={"notes": (*building.notes, *scans.notes)})

@@ -38,6 +38,7 @@ def install(put: Callable[[Any, str, Any], None]) -> None:
         "scan2bim.structure.build": (find_structure,),
         "scan2bim.openings.build": (find_openings,),
         "scan2bim.assemble": (assemble_building,),
+        "scan2bim.coverage.measure": (covered,),
     }.items():
         module = ModuleType(name)
         for function in functions:
@@ -172,6 +173,11 @@ def assemble_building(
         elevation=Dimension(value=0.125, source="measured"),
     )
     return Building(id="building", name=name, storeys=(storey,), notes=(f"{len(headers)} scans",))
+
+
+def covered(building: Building, surfel_folder: Path, scan_folders: Sequence[Path]) -> Building:
+    taken([surfel_folder, *scan_folders])
+    return building
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from scan2bim.cloud.scene import Scene
+from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.coverage.faces import StoreyFaces, look_at_faces
 from scan2bim.coverage.look import BLOCKED, LOOKED_THROUGH, SEEN
 from scan2bim.coverage.residuals import residuals_of
@@ -19,6 +19,11 @@ E = TypeVar("E", bound=Element)
 
 LEAST_AREA = 0.01
 """Square metres below which a face is left out: nothing of it bounds a space."""
+
+
+def covered(building: Building, surfel_folder: Path, scan_folders: Sequence[Path]) -> Building:
+    """The building with its coverage by the scans whose results lie in these folders."""
+    return with_coverage(building, load_scene(surfel_folder, scan_folders), scan_folders)
 
 
 def with_coverage(building: Building, scene: Scene, scan_folders: Sequence[Path]) -> Building:
