@@ -1,10 +1,19 @@
-"""Where numba keeps compiled functions: without a place that it can write to, it refuses to load them at all."""
+"""Where numba keeps compiled functions, and how they are loaded.
+
+Without a place that it can write to, numba refuses to load them at all. And before it loads the first one it sets up
+its whole compiler, which takes half a second of CPU in each process, whether anything has to be compiled or not.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import inspect
 import os
 import sys
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 VARIABLE = "NUMBA_CACHE_DIR"
 
@@ -23,6 +32,28 @@ def ensure_numba_cache(fallback: Path) -> Path:
     if found is None:
         os.environ[VARIABLE] = str(fallback)
     return found or fallback
+
+
+@cache
+def load_without_compiler() -> None:
+    """Let numba load functions from its cache without setting up its compiler; that waits for the first that is not
+    there. Does nothing where numba works otherwise than it is known to.
+    """
+    kept: Any = getattr(importlib.import_module("numba.core.caching"), "Cache", None)
+    runtime: Any = getattr(importlib.import_module("numba.core.runtime"), "rtsys", None)
+    load, usual = getattr(kept, "_load_overload", None), getattr(kept, "load_overload", None)
+    known = ["self", "sig", "target_context"]
+    if runtime is None or any(f is None or list(inspect.signature(f).parameters) != known for f in (load, usual)):
+        return
+
+    def load_overload(self: Any, sig: Any, target_context: Any) -> Any:
+        with contextlib.suppress(Exception):  # whatever it is, the usual way does without
+            runtime.initialize(target_context)
+            if (found := load(self, sig, target_context)) is not None:
+                return found
+        return usual(self, sig, target_context)
+
+    kept.load_overload = load_overload
 
 
 def _of_user() -> Path:

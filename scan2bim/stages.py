@@ -138,9 +138,11 @@ def run_read(task: ReadTask, progress: Progress) -> None:
     from scan2bim.allocator import keep_chunks
     from scan2bim.cloud.frame import SurveyFrame
     from scan2bim.cloud.ingest import ingest_scan
+    from scan2bim.numbacache import load_without_compiler
     from scan2bim.readers import read_chunks
 
     keep_chunks()
+    load_without_compiler()
     header, frame = task.scan.header, SurveyFrame.from_json(task.frame)
     ingest_scan(header, read_chunks(header), task.scan.station, frame, task.folder, task.settings.read, progress)
 

@@ -130,14 +130,25 @@ def safe_file_stem(name: str) -> str:
     return plain.encode()[:_MAX_STEM].decode(errors="ignore").strip(" ._") or "building"
 
 
+@cache
 def _entry_points() -> dict[str, metadata.EntryPoint]:
-    """Entry point by suffix; where two packages claim one suffix, ours wins, then the first by package name."""
+    """Entry point by suffix; where two packages claim one suffix, ours wins, then the first by package name.
+
+    Looked up once a process: all installed packages are searched for them.
+    """
     found: dict[str, metadata.EntryPoint] = {}
-    for point in sorted(metadata.entry_points(group=GROUP), key=_precedence):
-        name = point.name.lower().lstrip(".")
+    points = list(metadata.entry_points(group=GROUP))
+    if len({_suffix(point) for point in points}) < len(points):  # else not even the packages' names must be read
+        points.sort(key=_precedence)
+    for point in points:
+        name = _suffix(point)
         if found.setdefault(name, point).value != point.value:
             _warn(f"{point.value} of package {_owner(point)} is not used: .{name} has an exporter already.")
     return found
+
+
+def _suffix(point: metadata.EntryPoint) -> str:
+    return point.name.lower().lstrip(".")
 
 
 @cache

@@ -52,7 +52,9 @@ def exporters(monkeypatch):
     points = [Point("one", writes("1", "no roof")), Point("two", writes("2"))]
     monkeypatch.setattr(registry.metadata, "entry_points", lambda group: points)
     registry._warn.cache_clear()
-    return points
+    registry._entry_points.cache_clear()
+    yield points
+    registry._entry_points.cache_clear()
 
 
 def names(folder: Path) -> list[str]:
