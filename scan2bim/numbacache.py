@@ -43,7 +43,9 @@ def load_without_compiler() -> None:
     runtime: Any = getattr(importlib.import_module("numba.core.runtime"), "rtsys", None)
     load, usual = getattr(kept, "_load_overload", None), getattr(kept, "load_overload", None)
     known = ["self", "sig", "target_context"]
-    if runtime is None or any(f is None or list(inspect.signature(f).parameters) != known for f in (load, usual)):
+    if runtime is None or load is None or usual is None:
+        return
+    if any(list(inspect.signature(f).parameters) != known for f in (load, usual)):
         return
 
     def load_overload(self: Any, sig: Any, target_context: Any) -> Any:

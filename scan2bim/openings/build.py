@@ -19,7 +19,7 @@ from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
-from scan2bim.openings.near_points import BAND, WallPoints, points_by_wall
+from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.openings.open import find_open
 from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape, save_openings
@@ -34,6 +34,8 @@ TALLEST_DOOR = 3.0
 """Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
 NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
+SCRATCH = ".near.bin"
+"""File that holds the points near walls while openings are looked for."""
 LOOKED_THROUGH = 0.3
 """Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
 
@@ -49,7 +51,7 @@ def find_openings(
     """Find the openings of all walls and write them to ``folder``/openings.json."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    found = openings_of(structure, scene, scan_folders, settings, progress)
+    found = openings_of(structure, scene, scan_folders, folder, settings, progress)
     save_openings(_once(found, structure.storeys), folder / "openings.json")
 
 
@@ -64,7 +66,8 @@ def draw_openings(
     """Write pictures of each step on each face of all walls into a folder."""
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
-    for near in near_walls(structure, scene, PlanIndex(scene.surfels.xyz), scan_folders, progress):
+    pictures.mkdir(parents=True, exist_ok=True)
+    for near in near_walls(structure, scene, scan_folders, pictures, progress):
         name = f"storey{near.storey}-wall{near.place + 1:02d}"
         faces = near.faces(structure, scene)
         draw_wall(pictures, name, faces, closed_doors(faces), settings)
@@ -74,14 +77,18 @@ def openings_of(
     structure: StructureShape,
     scene: Scene,
     scan_folders: Sequence[Path],
+    folder: Path,
     settings: OpeningSettings,
     progress: Callable[[float], None],
 ) -> list[OpeningShape]:
-    """Openings of all walls, neighbourhood by neighbourhood: those that were looked through, and closed doors."""
+    """Openings of all walls, neighbourhood by neighbourhood: those that were looked through, and closed doors.
+
+    ``folder`` holds points meanwhile.
+    """
     virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
     index = PlanIndex(scene.surfels.xyz)
     found: list[OpeningShape] = []
-    for near in near_walls(structure, scene, index, scan_folders, progress):
+    for near in near_walls(structure, scene, scan_folders, folder, progress):
         image = wall_image(
             near.wall, near.points, near.panoramas or _close(virtual[near.storey], near.wall), scene.stations
         )
@@ -115,15 +122,16 @@ class NearWall:
 def near_walls(
     structure: StructureShape,
     scene: Scene,
-    index: PlanIndex,
     scan_folders: Sequence[Path],
+    folder: Path,
     progress: Callable[[float], None],
 ) -> Iterator[NearWall]:
-    """The walls of all storeys with what is near them, neighbourhood by neighbourhood; ``index`` of the surfels."""
+    """The walls of all storeys with what is near them, neighbourhood by neighbourhood; ``folder`` holds points
+    meanwhile.
+    """
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]
-    expected = np.array([_points_beside(wall, scene.surfels, index) for wall in walls], np.int64)
-    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, expected)):
+    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, folder / SCRATCH)):
         yield NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
         progress((done + 1) / len(walls))
 
@@ -132,12 +140,6 @@ def _virtual(storey: StoreyShape, surfels: Surfels) -> dict[int, Panorama]:
     """Made-up stations in a storey."""
     z = surfels.xyz[:, 2]
     return virtual_panoramas(storey, surfels.pick((z > storey.floor - 0.2) & (z < storey.top + 0.2)))
-
-
-def _points_beside(wall: WallShape, surfels: Surfels, index: PlanIndex) -> int:
-    rows = index.along(np.array([wall.start, wall.end]), wall.thickness / 2 + BAND, ordered=False)
-    z = surfels.xyz[rows, 2]
-    return int(surfels.count[rows][(z > wall.base) & (z < wall.top)].sum())
 
 
 def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Panorama]:

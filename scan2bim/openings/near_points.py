@@ -1,7 +1,7 @@
 """The scan points near walls, read from the tiles on disk: surfels of 5 cm are too coarse for orthoimages of 1 cm.
 
-Walls of one neighbourhood are read together, so that a tile is read a few times and not once for each of its walls, and
-no more than one neighbourhood's points are held at a time.
+Each tile is read once; what is near walls goes to a file, sorted by wall, so that no more than one wall's points are
+held at a time.
 """
 
 from __future__ import annotations
@@ -9,14 +9,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from io import FileIO
 from pathlib import Path
-from typing import Any
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.tiles import STEPS, TILE, TileIndex, tile_runs
+from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, tile_runs
+from scan2bim.errors import InputError
 from scan2bim.structure.shapes import WallShape
 
 BAND = 0.12
@@ -26,8 +27,12 @@ FOOT = 0.02
 CELL = 0.1
 """Edge, metres, of the plan cells by which a point finds its walls."""
 CELLS = round(TILE / CELL)
-MOST_POINTS = 2_000_000
-"""Points held at a time, but for one wall's: 22 bytes each and twice while they are sorted, so 88 MB."""
+HELD = 1 << 20
+"""Points held until they are sorted by wall and written: 16 bytes each."""
+LINE = 8
+"""Numbers of a wall's line."""
+BLOCK = np.dtype([("wall", "<i4"), ("tile", "<i4", (3,)), ("start", "<i8"), ("count", "<i8")])
+"""Points of one wall and tile in the file that holds them meanwhile."""
 F32 = NDArray[np.float32]
 
 
@@ -50,24 +55,54 @@ class WallPoints:
 
 
 def points_by_wall(
-    scan_folders: Sequence[Path], walls: Sequence[WallShape], expected: NDArray[np.int64]
+    scan_folders: Sequence[Path], walls: Sequence[WallShape], scratch: Path
 ) -> Iterator[tuple[int, WallPoints]]:
-    """Each wall's place in ``walls`` and its points, neighbourhood by neighbourhood.
-
-    ``expected`` (w,) are the points that each wall has, roughly: how many are read at a time hangs on it.
+    """Each wall's place in ``walls`` and its points, neighbourhood by neighbourhood; ``scratch`` is a file that holds
+    them meanwhile.
     """
+    lines = np.array([_line(wall) for wall in walls]).reshape(-1, LINE)
+    try:
+        with scratch.open("wb", buffering=0) as file:
+            blocks = _sorted_by_wall(scan_folders, lines, file)
+        order = np.argsort(blocks["wall"], kind="stable")
+        bounds = np.searchsorted(blocks["wall"][order], np.arange(len(walls) + 1))
+        with scratch.open("rb", buffering=0) as file:
+            for w in _neighbourhoods(walls):
+                yield w, _read_wall(file, blocks[order[bounds[w] : bounds[w + 1]]], lines[w], scratch)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: FileIO) -> NDArray[np.void]:
+    """Write the points near walls to a file, those of one wall and tile side by side; gives dtype BLOCK."""
     indices = [TileIndex.load(folder) for folder in scan_folders]
     owners = [{tuple(t) for t in index.runs["tile"].tolist()} for index in indices]
-    for batch in _neighbourhoods(walls, expected):
-        lines = np.array([_line(walls[w]) for w in batch])
-        found = _Found()
-        for tile in _tiles_of(lines, owners):
-            starts, members = _walls_by_cell(lines, tile)
-            for index, own in zip(indices, owners, strict=True):
-                if tile in own:
-                    for run in tile_runs(index, np.array(tile, np.int32)):
-                        found.add(run, lines, starts, members, tile)
-        yield from ((batch[k], points) for k, points in enumerate(found.by_wall(len(batch))))
+    found = _Found(file)
+    for tile, near in _tiles_of(lines, owners):
+        starts, members = _walls_by_cell(lines, near, tile)
+        for index, own in zip(indices, owners, strict=True):
+            if tile in own:
+                for run in tile_runs(index, np.array(tile, np.int32)):
+                    found.add(run, lines, starts, members, tile)
+        found.flush(tile)
+    return np.array(found.blocks, BLOCK)
+
+
+def _read_wall(file: FileIO, blocks: NDArray[np.void], line: NDArray[np.float64], path: Path) -> WallPoints:
+    """The points of one wall from its blocks."""
+    n = int(blocks["count"].sum())
+    out = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32), np.empty((n, 3), np.uint8)
+    station = np.empty(n, np.uint16)
+    buffer = np.empty((int(blocks["count"].max(initial=0)), 3), np.uint32)
+    used = 0
+    for block in blocks:
+        words = buffer[: int(block["count"])]
+        file.seek(int(block["start"]) * POINT.itemsize)
+        if file.readinto(words.view(np.uint8).data) != words.nbytes:
+            raise InputError(path, "ends early: it was changed while it was read.", "Run again.")
+        _place(words, block["tile"] * TILE, line, *out, station, used)
+        used += len(words)
+    return WallPoints(*out, station)
 
 
 def _line(wall: WallShape) -> tuple[float, ...]:
@@ -78,47 +113,43 @@ def _line(wall: WallShape) -> tuple[float, ...]:
     return (*start, *direction, length, wall.thickness / 2 + BAND, wall.base, wall.top)
 
 
-def _neighbourhoods(walls: Sequence[WallShape], expected: NDArray[np.int64]) -> Iterator[list[int]]:
-    """Walls of neighbouring tiles of the plan, as many as do not have too many points together: the more, the fewer
-    tiles are read again.
-    """
+def _neighbourhoods(walls: Sequence[WallShape]) -> list[int]:
+    """The walls' numbers, those of one tile of the plan together: what is kept of their stations serves them all."""
     middle = np.array([(np.array(w.start) + np.array(w.end)) / 2 for w in walls]).reshape(-1, 2)
     tile = np.floor(middle / TILE).astype(np.int64)
-    order = np.lexsort((np.arange(len(walls)), tile[:, 1], tile[:, 0]))
-    batch: list[int] = []
-    for w in order.tolist():
-        if batch and expected[batch].sum() + expected[w] > MOST_POINTS:
-            yield batch
-            batch = []
-        batch.append(w)
-    if batch:
-        yield batch
+    return np.lexsort((np.arange(len(walls)), tile[:, 1], tile[:, 0])).tolist()
 
 
-def _tiles_of(lines: NDArray[np.float64], owners: Sequence[set[tuple[int, ...]]]) -> list[tuple[int, int, int]]:
-    """The tiles with points that any of the walls reaches into, in order."""
-    touched: set[tuple[int, int, int]] = set()
-    for x, y, dx, dy, length, reach, base, top in lines:
+def _tiles_of(
+    lines: NDArray[np.float64], owners: Sequence[set[tuple[int, ...]]]
+) -> list[tuple[tuple[int, int, int], list[int]]]:
+    """The tiles with points that any of the walls reaches into, in order, each with the numbers of these walls."""
+    touched: dict[tuple[int, int, int], list[int]] = {}
+    for k, (x, y, dx, dy, length, reach, base, top) in enumerate(lines):
         places = np.append(np.arange(0.0, length, TILE / 16), length)
         path = np.array([x, y]) + places[:, None] * np.array([dx, dy])
         corners = (path[:, None] + np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * reach).reshape(-1, 2)
         layers = range(int(np.floor(base / TILE)), int(np.floor(top / TILE)) + 1)
         plan = {tuple(t) for t in np.floor(corners / TILE).astype(int).tolist()}
-        touched.update((a, b, c) for a, b in plan for c in layers)
-    return sorted(t for t in touched if any(t in own for own in owners))
+        for a, b in plan:
+            for c in layers:
+                touched.setdefault((a, b, c), []).append(k)
+    return sorted((t, near) for t, near in touched.items() if any(t in own for own in owners))
 
 
 def _walls_by_cell(
-    lines: NDArray[np.float64], tile: tuple[int, int, int]
+    lines: NDArray[np.float64], near: Sequence[int], tile: tuple[int, int, int]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """For each plan cell of a tile where its walls begin in ``members``: starts (CELLS * CELLS + 1,), members (m,)."""
+    """For each plan cell of a tile where its walls, of those ``near``, begin in ``members``: starts
+    (CELLS * CELLS + 1,), members (m,).
+    """
     place = (np.arange(CELLS) + 0.5) * CELL
     x, y = np.meshgrid(place + tile[0] * TILE, place + tile[1] * TILE, indexing="ij")
     cells, members = [], []
-    for k, (x0, y0, dx, dy, length, reach, _, _) in enumerate(lines):
+    for k in near:
+        x0, y0, dx, dy, length, reach, _, _ = lines[k]
         along, across = (x - x0) * dx + (y - y0) * dy, (y - y0) * dx - (x - x0) * dy
-        near = (np.abs(across) < reach + CELL) & (along > -CELL) & (along < length + CELL)
-        at = np.flatnonzero(near)
+        at = np.flatnonzero((np.abs(across) < reach + CELL) & (along > -CELL) & (along < length + CELL))
         cells.append(at)
         members.append(np.full(len(at), k))
     cell, member = np.concatenate(cells), np.concatenate(members)
@@ -128,14 +159,15 @@ def _walls_by_cell(
 
 
 class _Found:
-    """Grows by the points of each run."""
+    """Takes the points of each run and writes those that are near walls, sorted by wall."""
 
-    def __init__(self) -> None:
+    def __init__(self, file: FileIO) -> None:
+        self.blocks: list[tuple[int, tuple[int, int, int], int, int]] = []
+        self._file = file
+        self._written = 0
         self._used = 0
-        self._owner = np.empty(0, np.int32)
-        self._place = np.empty((0, 3), np.float32)
-        self._rgb = np.empty((0, 3), np.uint8)
-        self._station = np.empty(0, np.uint16)
+        self._owner = np.empty(HELD, np.int32)
+        self._words = np.empty((HELD, 3), np.uint32)
 
     def add(
         self,
@@ -145,59 +177,52 @@ class _Found:
         members: NDArray[np.int32],
         tile: tuple[int, int, int],
     ) -> None:
+        """Take those of one run of a tile."""
         words = run.view(np.uint32).reshape(-1, 3)
-        self._make_room(len(words) * int(np.diff(starts).max()))
-        out = self._owner, self._place, self._rgb, self._station
-        self._used = _near(words, np.array(tile, np.float64) * TILE, lines, starts, members, *out, self._used)
+        most = len(words) * int(np.diff(starts).max())
+        if self._used + most > len(self._owner):
+            self.flush(tile)
+        if most > len(self._owner):
+            self._owner, self._words = np.empty(most, np.int32), np.empty((most, 3), np.uint32)
+        origin = np.array(tile, np.float64) * TILE
+        self._used = _near(words, origin, lines, starts, members, self._owner, self._words, self._used)
 
-    def _make_room(self, more: int) -> None:
-        """For so many points more, at the most; what is not used of it takes no memory."""
-        if self._used + more > len(self._owner):
-            size = 2 * (self._used + more)
-            self._owner, self._place = self._longer(self._owner, size), self._longer(self._place, size)
-            self._rgb, self._station = self._longer(self._rgb, size), self._longer(self._station, size)
-
-    def _longer(self, part: NDArray[Any], size: int) -> NDArray[Any]:
-        longer = np.empty((size, *part.shape[1:]), part.dtype)
-        longer[: self._used] = part[: self._used]
-        return longer
-
-    def by_wall(self, count: int) -> list[WallPoints]:
-        """The points of each of the ``count`` walls."""
-        used = slice(self._used)
-        bounds, along, across, up, rgb, station = _parted(
-            self._owner[used], self._place[used], self._rgb[used], self._station[used], count
-        )
-        return [
-            WallPoints(along[a:b], across[a:b], up[a:b], rgb[a:b], station[a:b])
-            for a, b in itertools.pairwise(bounds.tolist())
-        ]
+    def flush(self, tile: tuple[int, int, int]) -> None:
+        """Write what was taken of a tile."""
+        if not self._used:
+            return
+        walls, bounds, words = _parted(self._owner[: self._used], self._words[: self._used])
+        self._file.write(words.data)
+        for wall, (start, end) in zip(walls.tolist(), itertools.pairwise(bounds.tolist()), strict=True):
+            self.blocks.append((wall, tile, self._written + start, end - start))
+        self._written += self._used
+        self._used = 0
 
 
 @nb.njit(cache=True, nogil=True)
-def _parted(owner, place, rgb, station, count):  # pyright: ignore
-    """Bounds (count + 1,) of each wall's points, then their along, across, up (n,), colour (n, 3) and station (n,)."""
-    bounds = np.zeros(count + 1, np.int64)
+def _parted(owner, words):  # pyright: ignore
+    """The walls (w,) that points (n,) belong to, ascending, the bounds (w + 1,) of each one's points among all, and
+    those, in their order (n, 3).
+    """
+    counts = np.zeros(owner.max() + 1, np.int64)
     for k in owner:
-        bounds[k + 1] += 1
-    bounds = np.cumsum(bounds)
-    at = bounds[:-1].copy()
-    n = len(owner)
-    along, across, up = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
-    colour, number = np.empty((n, 3), np.uint8), np.empty(n, np.uint16)
-    for i in range(n):
-        j = at[owner[i]]
-        at[owner[i]] += 1
-        along[j], across[j], up[j] = place[i, 0], place[i, 1], place[i, 2]
-        colour[j, 0], colour[j, 1], colour[j, 2] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
-        number[j] = station[i]
-    return bounds, along, across, up, colour, number
+        counts[k] += 1
+    walls = np.flatnonzero(counts)
+    bounds = np.zeros(len(walls) + 1, np.int64)
+    bounds[1:] = np.cumsum(counts[walls])
+    counts[walls] = bounds[:-1]
+    out = np.empty_like(words)
+    for i in range(len(owner)):
+        j = counts[owner[i]]
+        counts[owner[i]] += 1
+        out[j, 0], out[j, 1], out[j, 2] = words[i, 0], words[i, 1], words[i, 2]
+    return walls, bounds, out
 
 
 @nb.njit(cache=True, nogil=True)
-def _near(words, origin, lines, starts, members, owner, place, rgb, station, used):  # pyright: ignore
-    """Add those of points (n, 3) uint32 of a tile at ``origin`` that are near walls: wall, along, across and up, colour
-    and station, from row ``used`` on; a point near two walls comes twice. Gives the rows used then.
+def _near(words, origin, lines, starts, members, owner, out, used):  # pyright: ignore
+    """Add those of points (n, 3) uint32 of a tile at ``origin`` that are near walls, with the wall, from row ``used``
+    on; a point near two walls comes twice. Gives the rows used then.
     """
     step = TILE / STEPS
     for i in range(np.uint64(words.shape[0])):
@@ -217,12 +242,24 @@ def _near(words, origin, lines, starts, members, owner, place, rgb, station, use
             across = dy * lines[k, 2] - dx * lines[k, 3]
             if abs(across) < lines[k, 5] and 0 < along < lines[k, 4] and lines[k, 6] - FOOT < z < lines[k, 7]:
                 owner[used] = k
-                place[used, 0] = along
-                place[used, 1] = across
-                place[used, 2] = z - lines[k, 6]
-                rgb[used, 0] = words[i, 1] >> 16 & 0xFF
-                rgb[used, 1] = words[i, 1] >> 24
-                rgb[used, 2] = words[i, 2] & 0xFF
-                station[used] = words[i, 2] >> 16
+                out[used, 0], out[used, 1], out[used, 2] = words[i, 0], words[i, 1], words[i, 2]
                 used += 1
     return used
+
+
+@nb.njit(cache=True, nogil=True)
+def _place(words, origin, line, along, across, up, rgb, station, first):  # pyright: ignore
+    """Place points (n, 3) uint32 of a tile at ``origin`` along, across and up a wall, from row ``first`` on."""
+    step = TILE / STEPS
+    for i in range(words.shape[0]):
+        dx = origin[0] + (np.int64(words[i, 0] & 0xFFFF) + 0.5) * step - line[0]
+        dy = origin[1] + (np.int64(words[i, 0] >> 16) + 0.5) * step - line[1]
+        z = origin[2] + (np.int64(words[i, 1] & 0xFFFF) + 0.5) * step
+        j = first + i
+        along[j] = dx * line[2] + dy * line[3]
+        across[j] = dy * line[2] - dx * line[3]
+        up[j] = z - line[6]
+        rgb[j, 0] = words[i, 1] >> 16 & 0xFF
+        rgb[j, 1] = words[i, 1] >> 24
+        rgb[j, 2] = words[i, 2] & 0xFF
+        station[j] = words[i, 2] >> 16

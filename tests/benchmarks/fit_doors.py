@@ -73,7 +73,7 @@ def sample_of(scene: str) -> Sample:
     corners = [(np.array(d["corners"]) - json.loads(frame.read_text())["shift"], d["state"]) for d in doors]
     rows: list[F64] = []
     names: list[int] = []
-    for near in near_walls(structure, cloud, reads, lambda share: None):
+    for near in near_walls(structure, cloud, reads, work, lambda share: None):
         faces = near.faces(structure, cloud)
         true = [(n, box, state) for n, (c, state) in enumerate(corners) if (box := in_wall(near.wall, c)) is not None]
         for box in candidates(faces):
