@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -48,5 +48,23 @@ def reliability(confidences: Sequence[float], right: Sequence[bool]) -> Reliabil
         )
         for k in np.unique(place).tolist()
     )
-    gap = sum(b.count * abs(b.confidence - b.right) for b in bins) / len(sure)
-    return Reliability(count=len(sure), expected_calibration_error=gap, bins=bins)
+    return _of(bins)
+
+
+def pooled(parts: Iterable[Reliability | None]) -> Reliability | None:
+    """Of all elements of several; None where there is none."""
+    known = [b for part in parts if part is not None for b in part.bins]
+    bins: list[Bin] = []
+    for low, high in sorted({(b.low, b.high) for b in known}):
+        mine = [b for b in known if b.low == low]
+        counts = [b.count for b in mine]
+        sure = float(np.average([b.confidence for b in mine], weights=counts))
+        right = float(np.average([b.right for b in mine], weights=counts))
+        bins.append(Bin(low=low, high=high, count=sum(counts), confidence=sure, right=right))
+    return _of(tuple(bins)) if bins else None
+
+
+def _of(bins: tuple[Bin, ...]) -> Reliability:
+    count = sum(b.count for b in bins)
+    gap = sum(b.count * abs(b.confidence - b.right) for b in bins) / count
+    return Reliability(count=count, expected_calibration_error=gap, bins=bins)

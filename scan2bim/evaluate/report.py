@@ -7,6 +7,8 @@ from pathlib import Path
 
 from scan2bim.errors import UsageError
 from scan2bim.evaluate.areas import BETAS, AreaMeasures
+from scan2bim.evaluate.corners import BoxScores, score_boxes
+from scan2bim.evaluate.faces import FaceScores, right_walls, score_faces
 from scan2bim.evaluate.frames import in_frame_of
 from scan2bim.evaluate.openings import (
     Detection,
@@ -19,13 +21,13 @@ from scan2bim.evaluate.openings import (
     score_doors,
     score_openings,
 )
-from scan2bim.evaluate.reliability import Reliability
+from scan2bim.evaluate.reliability import Reliability, reliability
 from scan2bim.evaluate.rooms import SpaceScores, StoreyScores, WallScores, score_spaces, score_storeys, score_walls
 from scan2bim.truth.ifc import read_ifc
 from scan2bim.truth.io import read_truth
 from scan2bim.truth.values import Truth
 
-EVALUATION_FORMAT = "scan2bim evaluation 1"
+EVALUATION_FORMAT = "scan2bim evaluation 2"
 DASH = "-"
 
 
@@ -40,6 +42,9 @@ class Evaluation(Value):
     doors: DoorScores
     windows: OpeningScores
     walls: WallScores
+    faces: FaceScores
+    boxes: BoxScores
+    wall_reliability: Reliability | None
     spaces: SpaceScores
     storeys: StoreyScores
 
@@ -66,6 +71,8 @@ def score(predicted: Truth, true: Truth, model: str, truth: str, frame: str) -> 
     doors, found_doors = asked_for(true.doors, predicted.doors, true.openings)
     windows, found_windows = asked_for(true.windows, predicted.windows, true.openings)
     rooms = {station.room for station in true.stations} or {space.name for space in true.spaces}
+    scanned = [space for space in true.spaces if space.name in rooms]
+    unseen = frozenset(wall.name for wall in true.walls) - {wall.name for wall in seen}
     return Evaluation(
         model=model,
         truth=truth,
@@ -73,9 +80,19 @@ def score(predicted: Truth, true: Truth, model: str, truth: str, frame: str) -> 
         doors=score_doors(doors, found_doors, predicted.openings),
         windows=score_openings(windows, found_windows),
         walls=score_walls(seen, predicted.walls, true.walls),
+        faces=score_faces(seen, predicted.walls, scanned),
+        boxes=score_boxes(true.walls, predicted.walls, true.storeys, unseen),
+        wall_reliability=_wall_reliability(predicted, true),
         spaces=score_spaces(true.spaces, predicted.spaces, rooms),
         storeys=score_storeys(true.storeys, predicted.storeys),
     )
+
+
+def _wall_reliability(predicted: Truth, true: Truth) -> Reliability | None:
+    """Of the walls whose confidence the model states."""
+    right = right_walls(predicted.walls, predicted.spaces, true.walls).tolist()
+    sure = [(w.confidence, hit) for w, hit in zip(predicted.walls, right, strict=True) if w.confidence is not None]
+    return reliability([c for c, _ in sure], [hit for _, hit in sure])
 
 
 def in_words(found: Evaluation) -> str:
@@ -95,7 +112,8 @@ def in_words(found: Evaluation) -> str:
             _detected("storeys", found.storeys.detection),
         ],
     )
-    lines += ["", *_areas(found), "", *_errors(found), "", *_walls(found)]
+    lines += ["", *_areas(found), "", *_errors(found), "", *_walls(found), "", *_boxes(found)]
+    lines += _reliability("walls", found.wall_reliability)
     for name, scores in (("doors", found.doors), ("windows", found.windows)):
         lines += _reliability(name, scores.reliability)
         missed = [one.name for one in scores.each if not one.found_as]
@@ -154,9 +172,25 @@ def _walls(found: Evaluation) -> list[str]:
                 ]
             ],
         ),
+        f"faces that look into rooms: {_number(found.faces.found)} found, median "
+        f"{_number(found.faces.position_error, 1000, 1)} mm off; thickness between two of them "
+        f"{_number(found.faces.thickness_error, 1000, 1)} mm off",
         f"spaces: mean IoU {_number(s.mean_iou, 1, 3)}, area {_number(s.area_error, 1, 2)} m2 off, height "
         f"{_number(s.height_error, 1000, 0)} mm off; storeys {_number(found.storeys.elevation_error, 1000, 0)} mm off",
     ]
+
+
+def _boxes(found: Evaluation) -> list[str]:
+    """The challenge's measures."""
+    boxes = found.boxes
+    head = ["wall corners, CV4AEC", *(f"F1 {100 * one.within:.0f} cm" for one in boxes.space), "IoU"]
+    return _table(
+        head,
+        [
+            ["in space", *(_number(one.f1) for one in boxes.space), _number(boxes.iou)],
+            ["in plan", *(_number(one.f1) for one in boxes.plan), _number(boxes.plan_iou)],
+        ],
+    )
 
 
 def _reliability(name: str, found: Reliability | None) -> list[str]:

@@ -40,11 +40,12 @@ class WallScores(Value):
 
 
 class SpaceScores(Value):
-    """area_error and height_error: medians over the found ones, square metres and metres."""
+    """area_error, area_share and height_error: medians over the found ones, square metres, of the true area, metres."""
 
     detection: Detection
     mean_iou: float | None
     area_error: float | None
+    area_share: float | None
     height_error: float | None
 
 
@@ -126,10 +127,13 @@ def score_spaces(
     aside = sum(not asked[i] for i, _ in pairs)
     pairs = [(i, j) for i, j in pairs if asked[i]]
     n = len(pairs)
+    off = np.array([abs(true[i].area - predicted[j].area) for i, j in pairs])
+    areas = np.array([true[i].area for i, _ in pairs])
     return SpaceScores(
         detection=Detection(found=n, true=sum(asked), right=n, predicted=len(predicted) - aside),
         mean_iou=float(np.mean([iou[p] for p in pairs])) if pairs else None,
-        area_error=float(np.median([abs(true[i].area - predicted[j].area) for i, j in pairs])) if pairs else None,
+        area_error=float(np.median(off)) if pairs else None,
+        area_share=float(np.median(off / areas)) if pairs else None,
         height_error=float(np.median([abs(true[i].height - predicted[j].height) for i, j in pairs])) if pairs else None,
     )
 

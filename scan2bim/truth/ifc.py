@@ -160,7 +160,8 @@ def _wall(model: IfcModel, wall: Entity, mesh: Mesh) -> WallTruth:
     strip = wall_strip(mesh, like=_axis(model, wall)) or flat_strip(mesh)
     start, end = ends_of(strip, mesh)
     base, top = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
-    external = model.properties(wall).get("Pset_WallCommon.IsExternal")
+    known = model.properties(wall)
+    external, sure = known.get("Pset_WallCommon.IsExternal"), known.get(f"{EVIDENCE}.Confidence")
     return WallTruth(
         name=label(wall),
         storey=label(model.storey(wall)),
@@ -170,6 +171,7 @@ def _wall(model: IfcModel, wall: Entity, mesh: Mesh) -> WallTruth:
         base=base,
         height=top - base,
         external=external if isinstance(external, bool) else None,
+        confidence=float(sure) if isinstance(sure, int | float) else None,
     )
 
 

@@ -17,7 +17,8 @@ SHOWN_PROBLEMS = 3
 
 def write_truth(path: Path, truth: Truth) -> None:
     """Write the truth as JSON; numbers are rounded to 0.01 mm. The file appears whole or not at all."""
-    document = {"format": TRUTH_FORMAT, "units": UNITS, **_rounded(truth.model_dump())}
+    known = truth.model_dump(exclude={"walls": {"__all__": {"confidence"}}})
+    document = {"format": TRUTH_FORMAT, "units": UNITS, **_rounded(known)}
     part = path.with_name(path.name + ".part")
     part.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     part.replace(path)

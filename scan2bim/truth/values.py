@@ -29,7 +29,9 @@ class Fact(BaseModel):
 
 
 class WallTruth(Fact):
-    """A wall's centre line, thickness, underside and height. occlusion: share of its inner faces never seen."""
+    """A wall's centre line, thickness, underside and height. occlusion: share of its inner faces never seen.
+    confidence: of a model that was made from scans, that it is there; a truth's file has none.
+    """
 
     start: Point2
     end: Point2
@@ -38,6 +40,7 @@ class WallTruth(Fact):
     height: float
     external: bool | None = None
     occlusion: float | None = None
+    confidence: float | None = None
 
 
 class OpeningTruth(Fact):

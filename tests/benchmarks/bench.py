@@ -9,8 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench_truth import bench_truth
 from conversion import Conversion
 from document import ROOT
+
+from scan2bim.evaluate.frames import in_frame_of
+from scan2bim.evaluate.report import Evaluation
+from scan2bim.evaluate.report import score as evaluate
+from scan2bim.truth.ifc import read_ifc
 
 BENCH = ROOT.parent / "shared" / "bench"
 SCENES = ROOT / "out" / "bench"
@@ -20,11 +26,14 @@ SCANS = {"e57": "e57", "laz": "laz/merged.laz", "ply": "ply/merged.ply"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneScore:
-    """A converted scene and what the scorer says of it. points: records in the scans."""
+    """A converted scene, what the scorer says of it, and what our own measures say against the same truth, None where
+    nothing was written. points: records in the scans.
+    """
 
     conversion: Conversion
     points: int
     score: dict[str, Any]
+    own: Evaluation | None
 
     def value(self, *keys: str) -> float | None:
         """A number of the score by its place; None where there is none."""
@@ -103,4 +112,14 @@ def score(bench: Path, scene: Path, conversion: Conversion) -> SceneScore:
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     conversion.ifc.with_suffix(".score.txt").write_text(done.stdout, encoding="utf-8")
     truth = json.loads((scene / "truth.json").read_text(encoding="utf-8"))
-    return SceneScore(conversion, int(truth["points"]), json.loads(path.read_text(encoding="utf-8")))
+    return SceneScore(
+        conversion, int(truth["points"]), json.loads(path.read_text(encoding="utf-8")), _own(scene, conversion)
+    )
+
+
+def _own(scene: Path, conversion: Conversion) -> Evaluation | None:
+    if not conversion.ifc.is_file():
+        return None
+    true = bench_truth(scene / "truth.json")
+    predicted, frame = in_frame_of(true, read_ifc(conversion.ifc))
+    return evaluate(predicted, true, conversion.ifc.name, scene.name, frame)

@@ -14,10 +14,11 @@ import sys
 from pathlib import Path
 
 from bench import BENCH, SCANS, SCENES, SceneScore, find_scenes, score
+from cloud_tables import cloud_pages, cloud_tables
 from clouds import LICENSED, REAL, CloudResult, find_clouds, judge_cloud, rough_truth
 from conversion import OUT, Conversion, convert, warm_up
 from document import ROOT, write_section
-from tables import cloud_pages, cloud_tables, scene_tables
+from scene_tables import scene_tables
 
 IMAGES = ROOT / "docs" / "img"
 INTRODUCTION = """\

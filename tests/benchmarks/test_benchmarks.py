@@ -18,6 +18,7 @@ import document
 import experiments
 import tower
 from bench import OpenDoors
+from bench_truth import bench_truth
 from measure import Cost, measure
 
 from scan2bim.evaluate.report import score
@@ -118,3 +119,37 @@ def _hall_door(i: int, name: str) -> DoorTruth:
     corners = ((2.0 * i, 0.0, 0.0), (2.0 * i + 1, 0.0, 0.0), (2.0 * i + 1, 0.0, 2.0), (2.0 * i, 0.0, 2.0))
     known = {"storey": "", "wall": "w", "sill": 0.0, "state": "closed", "occlusion": 0.15}
     return DoorTruth(name=name, corners=corners, width=1.0, height=2.0, **known)
+
+
+def test_a_benchs_truth_becomes_ours(tmp_path: Path) -> None:
+    opening = {
+        "guid": "d",
+        "storey": None,
+        "host_wall": "w",
+        "corners": [[0, 0, 0], [1, 0, 0], [1, 0, 2], [0, 0, 2]],
+        "width": 1.0,
+        "height": 2.0,
+        "sill": 0.0,
+        "visible": 0.75,
+        "observable": True,
+    }
+    door = {**opening, "state": "open", "angle": 90.0, "hinge": "u1", "leaves": 1, "opens_to": [0.0, 1.0]}
+    wall = {"guid": "w", "storey": "", "z0": 0.0, "height": 3.0, "exposed_m2": 8.0, "seen_m2": 6.0, "curtain": False}
+    line = {"centreline": [[[0, 0], [4, 0], 0.2], [[4, 0], [4, 3], 0.2]], "observable": True}
+    square = [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]
+    known: dict[str, Any] = {
+        "storeys": [{"guid": "s", "occupied": True, "floor": 0.02}, {"guid": "r", "occupied": False, "floor": None}],
+        "walls": [{**wall, **line}, {**wall, **line, "guid": "c", "curtain": True}],
+        "doors": [door],
+        "windows": [],
+        "openings": [{**opening, "observable": False}],
+        "spaces": [{"guid": "a", "storey": "s", "polygons": [square], "z0": 0.0, "height": 2.6}],
+        "stations": [{"name": "scan_000", "pos": [1.0, 1.0, 1.5], "room": "a"}],
+    }
+    (tmp_path / "truth.json").write_text(json.dumps(known))
+    truth = bench_truth(tmp_path / "truth.json")
+    assert [(w.name, w.occlusion) for w in truth.walls] == [("w", 0.25), ("w 1", 0.25), ("c", 1.0), ("c 1", 1.0)]
+    (found,) = truth.doors
+    assert (found.hinge, found.swing, found.state, found.occlusion) == ("end", "left", "open", 0.25)
+    assert found.angle == pytest.approx(1.5708, abs=1e-4)
+    assert (truth.openings[0].occlusion, truth.spaces[0].area, len(truth.storeys)) == (1.0, 4.0, 1)
