@@ -15,9 +15,11 @@ from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
+from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
+from scan2bim.structure.overlaps import clear_of
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
@@ -25,7 +27,7 @@ from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.shapes import JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
-from scan2bim.structure.walls import Axis, AxisJoin, find_walls
+from scan2bim.structure.walls import find_walls
 
 DEEPEST = 5.0
 """Depth, metres, under a storey's floor down to which one looks for what is seen through its wells: the floor below."""
@@ -155,8 +157,18 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
         _wall(number, replace(axis, left=axis.left & spaces, right=axis.right & spaces), joins, rooms)
         for number, axis in enumerate(axes)
     )
+    clear = tuple(_clear(space, axes) for space in rooms.spaces)
     level = rooms.levels
-    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, rooms.spaces, walls, rooms.stairs)
+    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, clear, walls, rooms.stairs)
+
+
+def _clear(space: SpaceShape, axes: Sequence[Axis]) -> SpaceShape:
+    whole = space.polygon
+    rest = clear_of(whole, axes)
+    if rest is whole:
+        return space
+    outline, *holes = (ring_of(shapely.get_coordinates(ring)) for ring in (rest.exterior, *rest.interiors))
+    return replace(space, outline=outline, holes=tuple(holes))
 
 
 def _space(polygon: Polygon, plan: Plan) -> SpaceShape:

@@ -11,9 +11,9 @@ from shapely.geometry import LineString
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.structure.axes import Axis
 from scan2bim.structure.columns import Columns
 from scan2bim.structure.faces import BAND
-from scan2bim.structure.walls import Axis
 
 F64 = NDArray[np.float64]
 

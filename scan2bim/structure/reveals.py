@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.structure.axes import Axis
 from scan2bim.structure.plan import Plan
-from scan2bim.structure.walls import OUTER, THICKEST, Axis
+from scan2bim.structure.walls import OUTER, THICKEST
 
 STEP = 0.10
 """Bins along the wall, metres: a reveal is a line straight into the wall, so that it fills one or two."""

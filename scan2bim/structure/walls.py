@@ -5,17 +5,17 @@ Thickness is measured where the strip has a space on both sides, and assumed whe
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from scan2bim.structure.axes import F64, Axis, AxisJoin
+from scan2bim.structure.overlaps import parted, parted_again, reaching
 from scan2bim.structure.portals import on_cut
 
 THINNEST, THICKEST = 0.03, 0.80
@@ -42,52 +42,6 @@ TOUCH = 1e-3
 """Distance, metres, within which an end lies on a point."""
 IN_LINE = 0.04
 """Difference of axis and of thickness, metres, up to which walls in one line are one wall."""
-F64 = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Axis:
-    """A wall's centre line (2,) ``start`` to ``end``; ``left`` and ``right`` spaces beside it; ``measured`` tells
-    whether both faces were seen.
-    """
-
-    start: F64
-    end: F64
-    thickness: float
-    measured: bool
-    left: frozenset[int]
-    right: frozenset[int]
-
-    @property
-    def length(self) -> float:
-        """Metres."""
-        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
-
-    @property
-    def direction(self) -> F64:
-        """Unit vector from start to end."""
-        return (self.end - self.start) / max(self.length, 1e-9)
-
-    @property
-    def inset(self) -> F64:
-        """From the axis to the border of the one space beside it; zero for a wall between two spaces."""
-        return self.normal * (self.thickness / 2 * (bool(self.left) - bool(self.right)))
-
-    @property
-    def normal(self) -> F64:
-        """Unit vector to the left."""
-        d = self.direction
-        return np.array([-d[1], d[0]])
-
-
-@dataclass(frozen=True, slots=True)
-class AxisJoin:
-    """End ``at`` of wall ``one`` lies on ``other_at`` of wall ``other``."""
-
-    one: int
-    at: str
-    other: int
-    other_at: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +79,8 @@ def find_walls(
     if seen_share is not None:
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
-    return _join_ends(_without_stubs(axes))
+    axes, joins = parted_again(*_join_ends(parted(_without_stubs(axes))))
+    return reaching(axes, joins), joins
 
 
 def _without_stubs(axes: list[Axis]) -> list[Axis]:

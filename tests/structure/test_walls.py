@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from shapely.affinity import rotate
 from shapely.geometry import LineString, Polygon
 
-from scan2bim.structure.walls import OUTER, THICKEST, Axis, AxisJoin, find_walls
+from scan2bim.structure.axes import Axis, AxisJoin
+from scan2bim.structure.walls import OUTER, THICKEST, find_walls
 
 F64 = NDArray[np.float64]
 YAWS = [0.0, 17.0, 45.0, 123.0]

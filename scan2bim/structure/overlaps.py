@@ -1,0 +1,164 @@
+"""Walls that would take each other's place are cut back, and such as stop just short of another reach it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import Polygon
+
+from scan2bim.structure.axes import F64, Axis, AxisJoin
+
+PARALLEL = 0.9986
+"""Cosine of 3 degrees: walls that differ by more cross or corner, and are cut where they join."""
+LEAST = 0.02
+"""Metres, along and across, that two walls may share: the walls of one strip differ by this."""
+THINNEST = 0.06
+"""Metres. What is left of a wall beside another and thinner than this is a pilaster's front or noise, not a wall."""
+SHORTEST = 0.15
+"""Metres. What is left of a wall and shorter than this is none."""
+IN_OTHERS = 0.5
+"""Share of its area that lies in joined walls of what is none beside them."""
+DEEP = 0.02
+"""Metres that a space may reach into a wall: the evenness of a face."""
+SHORT_OF = 0.12
+"""Metres. An end this near before another wall was meant to reach it."""
+
+
+def parted(axes: Sequence[Axis]) -> list[Axis]:
+    """Walls of which no two that run alike overlap: the longer one stays, of the shorter one the larger rest does.
+
+    A thick short wall over a thin long one is a pier beside it: it keeps the face that was seen. Ends, not joined yet,
+    stay on their lines.
+    """
+    order = sorted(range(len(axes)), key=lambda k: -axes[k].length)
+    kept: dict[int, Axis] = {}
+    for number in order:
+        rest: Axis | None = axes[number]
+        for longer in kept.values():
+            rest = None if rest is None else _beside(longer, rest)
+        if rest is not None:
+            kept[number] = rest
+    return [kept[number] for number in sorted(kept)]
+
+
+def parted_again(axes: Sequence[Axis], joins: Sequence[AxisJoin]) -> tuple[list[Axis], list[AxisJoin]]:
+    """Walls without joins cut back once more, from those that were drawn on to their joints; joins renumbered."""
+    joined = {number for join in joins for number in (join.one, join.other)}
+    rests: list[Axis | None] = list(axes)
+    for number in sorted(set(range(len(axes))) - joined, key=lambda k: -axes[k].length):
+        for other, longer in enumerate(rests):
+            rest = rests[number]
+            if rest is not None and longer is not None and (other in joined or longer.length > rest.length):
+                rests[number] = _beside(longer, rest)
+    rests = [
+        rest if k in joined or rest is None else _unless_inside(rest, axes, joined) for k, rest in enumerate(rests)
+    ]
+    new = {old: number for number, old in enumerate(k for k, rest in enumerate(rests) if rest is not None)}
+    kept = [replace(join, one=new[join.one], other=new[join.other]) for join in joins]
+    return [rest for rest in rests if rest is not None], kept
+
+
+def _unless_inside(axis: Axis, axes: Sequence[Axis], joined: set[int]) -> Axis | None:
+    """None for a wall with more than half of its area in walls that are joined: a step at their corner."""
+    own = _body(axis)
+    others = shapely.union_all([_body(axes[k], "square") for k in joined])  # about as far as their mitres reach
+    return None if own.intersection(others).area > IN_OTHERS * own.area else axis
+
+
+def _beside(longer: Axis, axis: Axis) -> Axis | None:
+    """What is left of a wall where the longer one does not stand: itself if they share nothing, None for nothing."""
+    turn = float(longer.direction @ axis.direction)
+    if abs(turn) < PARALLEL:
+        return axis
+    ends = np.array([axis.start, axis.end]) - longer.start
+    low, high = sorted((ends @ longer.direction).tolist())
+    middle = float((ends @ longer.normal).mean())
+    right, left = middle - axis.thickness / 2, middle + axis.thickness / 2
+    half = longer.thickness / 2
+    if min(high, longer.length) - max(low, 0.0) < LEAST or min(left, half) - max(right, -half) < LEAST:
+        return axis
+    along = max(((low, min(high, 0.0)), (max(low, longer.length), high)), key=lambda part: part[1] - part[0])
+    sides = [part for part in ((max(right, half), left), (right, min(left, -half))) if _shows(axis, part, turn, right)]
+    across = max(sides, key=lambda part: part[1] - part[0], default=(0.0, 0.0))
+    thick, length = across[1] - across[0], along[1] - along[0]
+    if length * (left - right) >= thick * (high - low):
+        return None if length < SHORTEST else _placed(longer, axis, along, (right, left), turn)
+    if thick < THINNEST:
+        return None
+    rest = _placed(longer, axis, (low, high), across, turn)
+    hidden_left = (across[0] == right) == (
+        turn > 0
+    )  # what is cut off is the wall's left, where the longer one stands now
+    return replace(rest, left=frozenset()) if hidden_left else replace(rest, right=frozenset())
+
+
+def _shows(axis: Axis, part: tuple[float, float], turn: float, right: float) -> bool:
+    """Whether a part, from right to left of the longer wall's axis, has a face that was seen.
+
+    Of a wall with a space on one side it is that side's.
+    """
+    if axis.left and axis.right:
+        return True
+    faces_left = bool(axis.left) == (turn > 0)
+    return faces_left == (part[0] > right)
+
+
+def _placed(longer: Axis, axis: Axis, along: tuple[float, float], across: tuple[float, float], turn: float) -> Axis:
+    """The wall over these stretches along and across the longer one."""
+    aside = longer.start + longer.normal * (across[0] + across[1]) / 2
+    ends = [aside + longer.direction * t for t in (along if turn > 0 else along[::-1])]
+    return replace(axis, start=ends[0], end=ends[1], thickness=across[1] - across[0])
+
+
+def reaching(axes: Sequence[Axis], joins: Sequence[AxisJoin]) -> list[Axis]:
+    """The walls, those of which a free end stops just short of another one drawn on to its face."""
+    if not axes:
+        return []
+    bodies = np.array([_body(axis) for axis in axes])
+    tree = shapely.STRtree(bodies)
+    joined = {(join.one, join.at) for join in joins}
+    out = list(axes)
+    for number, axis in enumerate(axes):
+        for at, end, away in (("start", axis.start, -axis.direction), ("end", axis.end, axis.direction)):
+            if (number, at) in joined:
+                continue
+            near = [k for k in tree.query(bodies[number], predicate="dwithin", distance=SHORT_OF) if k != number]
+            if near and not any(shapely.dwithin(bodies[k], shapely.Point(end), 0.01) for k in near):
+                out[number] = _drawn_on(out[number], at, end, away, bodies[near])
+    return out
+
+
+def _body(axis: Axis, cap: Literal["flat", "square"] = "flat") -> Polygon:
+    return shapely.buffer(shapely.LineString([axis.start, axis.end]), axis.thickness / 2, cap_style=cap)
+
+
+def _drawn_on(axis: Axis, at: str, end: F64, away: F64, others: NDArray[np.object_]) -> Axis:
+    ray = shapely.LineString([end, end + away * SHORT_OF])
+    met = shapely.distance(shapely.intersection(ray, others), shapely.Point(end))
+    gap = float(np.nanmin(met)) if np.isfinite(met).any() else np.nan
+    if not np.isfinite(gap):
+        return axis
+    point = end + away * gap
+    return replace(axis, start=point) if at == "start" else replace(axis, end=point)
+
+
+def clear_of(space: Polygon, axes: Sequence[Axis]) -> Polygon:
+    """A space without the walls that reach into it: assumed ones, and straight ones whose face was not."""
+    bodies = [_body(axis) for axis in axes]
+    shared = shapely.intersection(np.array(bodies, dtype=object), space)
+    inside = [
+        body
+        for body, part in zip(bodies, shared, strict=True)
+        if part.area < 0.9 * body.area and not part.buffer(-DEEP / 2).is_empty
+    ]
+    if not inside:
+        return space
+    rest = shapely.difference(space, shapely.union_all(inside))
+    even = rest.buffer(-DEEP / 2, join_style="mitre").buffer(DEEP / 2, join_style="mitre")
+    parts = [part for part in shapely.get_parts(even) if isinstance(part, Polygon)]
+    return max(parts, key=lambda part: part.area, default=space)
