@@ -21,6 +21,8 @@ THINNEST = 0.06
 """Metres. What is left of a wall beside another and thinner than this is a pilaster's front or noise, not a wall."""
 SHORTEST = 0.15
 """Metres. What is left of a wall and shorter than this is none."""
+SAME = 0.8
+"""Share of its area in a longer wall across it of what is the same pier, taken by its sides."""
 IN_OTHERS = 0.5
 """Share of its area that lies in joined walls of what is none beside them."""
 DEEP = 0.02
@@ -74,7 +76,8 @@ def _beside(longer: Axis, axis: Axis) -> Axis | None:
     """What is left of a wall where the longer one does not stand: itself if they share nothing, None for nothing."""
     turn = float(longer.direction @ axis.direction)
     if abs(turn) < PARALLEL:
-        return axis
+        own = _body(axis)
+        return None if own.intersection(_body(longer)).area > SAME * own.area else axis
     ends = np.array([axis.start, axis.end]) - longer.start
     low, high = sorted((ends @ longer.direction).tolist())
     middle = float((ends @ longer.normal).mean())

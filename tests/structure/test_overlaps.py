@@ -64,6 +64,11 @@ def test_walls_that_cross_or_only_touch_stay_as_they_are():
     assert parted(walls) == walls
 
 
+def test_a_pier_is_one_wall_whether_it_is_taken_by_its_front_or_by_its_sides():
+    front, sides = axis((0, 0), (0.63, 0), 0.19, LEFT), axis((0.315, -0.09), (0.315, 0.09), 0.63)
+    assert parted([sides, front]) == [front]
+
+
 def test_a_wall_drawn_on_to_its_joint_takes_the_place_of_a_shorter_one():
     walls = [axis((0, 0), (4, 0), 0.6), axis((3.8, 0.1), (4.9, 0.1), 0.4, LEFT), axis((4, -2), (4, 0))]
     joins = [AxisJoin(0, "end", 2, "end"), AxisJoin(2, "end", 0, "end")]
