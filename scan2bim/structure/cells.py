@@ -8,7 +8,7 @@ change only along cell edges and pays for every metre of edge on which no face w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -23,7 +23,7 @@ from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, main_direction, without_recesses
 from scan2bim.structure.free_space import looked_through
-from scan2bim.structure.fronts import window_fronts, without_strips
+from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
 from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
@@ -48,6 +48,8 @@ wells, but also outdoors.
 """
 NOTHING = -0.2
 """Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
+SHORTEST_GAP = 0.3
+"""Length, metres, of the shortest stretch without a seen face that an opening may leave."""
 SLIT = 0.03
 """Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
 BEHIND_GAP = 0.5
@@ -91,7 +93,7 @@ def find_spaces(
     bare = without_strips(plan)
     ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))
     lintels, kept = window_fronts(plan, ends, faces, panoramas)
-    plan = without_strips(plan, lintels)
+    plan = without_soffits(without_strips(plan, lintels), [gap for f in kept for gap in _gaps(f, plan)])
     score = space_evidence(plan, free)
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score)
@@ -294,6 +296,14 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
         right[on] = np.maximum(right[on], np.where(same, share * (1 - sided), share * sided))
         opaque[on] &= not face.glass
     return Coverage(left, right, bridged, bridged_right, opaque)
+
+
+def _gaps(face: Face, plan: Plan) -> list[Face]:
+    """Stretches of a face on which nothing was seen: openings, and what cupboards hide."""
+    seen, start = _seen_along(face, plan)
+    turns = np.flatnonzero(np.diff(np.concatenate([[1.0], seen, [1.0]])))
+    ends = np.clip(start + turns.reshape(-1, 2) * PLAN, face.low, face.high)
+    return [replace(face, low=float(a), high=float(b)) for a, b in ends if b - a > SHORTEST_GAP]
 
 
 def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:

@@ -9,27 +9,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.structure.plan import Columns, Plan
+from scan2bim.structure.runs import grow, local_lines
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
 BAND = 0.025
 """Half-width of a face, metres: three times a scanner's noise and registration error together."""
-LOCAL_BAND = 0.018
-"""Half-width, metres, of the line looked for round one column: less than half of the thinnest wall."""
-SEED = 0.45
-"""Share of the 5 cm steps in half a metre that a line must fill to start a face."""
 SHORTEST = 0.20
 """Length of a face, metres, below which its direction is noise."""
 PARALLEL = 0.996
 """Cosine above which two runs may be one line (5 degrees): short runs are that uncertain; the band decides."""
+OBLIQUE = 0.17
+"""Cosine above which a face is not square to another (80 degrees)."""
 DEEPEST_RECESS = 0.6
 """Depth, metres, up to which what stands back behind a wall's face belongs to an opening or niche of that wall."""
+TALL = 0.6
+"""Share of its length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
+NOT_TALL = 0.15
+"""Share of such a stretch, at most, on which the face before it does so: cupboards in line with the wall."""
+SAME_LEVEL = 0.04
+"""Difference in height, metres, from which a strip of ceiling hangs lower: the soffit of a lintel."""
+LEAST_KNOWN = 0.3
+"""Share of a nook's ceiling that must have been seen: cupboards in it hide the rest."""
+LEAST_NOOK = 0.5
+"""Length, metres, of the shortest part of a wall that stands back."""
 GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
@@ -77,8 +85,76 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     upright = (columns.bins >= FEWEST_BINS) | (columns.high >= 2)
     faces = [f for f in grow_faces(plan, upright, columns.high >= 3) if f.tall >= min(0.4, 0.5 * f.length)]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
-    faces = sorted(_square_up(columns, faces), key=lambda f: -f.length)
+    faces = sorted(_without_fillings(plan, _square_up(columns, faces)), key=lambda f: -f.length)
     return tuple(without_recesses(faces, faces))
+
+
+def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
+    """Faces without the stretches on which only low things stand in their line, before a wall that stands back there:
+    screens and cupboards before a nook, in line with the walls beside it.
+    """
+    out: list[Face] = []
+    for face in faces:
+        parts = [face]
+        for back in faces:
+            ends = back.ends() - face.centre
+            behind = -(ends @ face.normal)
+            if (
+                back.normal @ face.normal > PARALLEL
+                and behind.min() > 0.03
+                and behind.max() < DEEPEST_RECESS
+                and back.tall >= max(TALL * back.length, LEAST_NOOK)
+            ):
+                low, high = np.sort(ends @ face.direction).tolist()
+                split = [_parts_beside(plan, p, low, high) if _filled(plan, p, back) else [p] for p in parts]
+                parts = [p for some in split for p in some]
+        out += parts
+    return out
+
+
+def _filled(plan: Plan, face: Face, back: Face) -> bool:
+    """Whether the ceiling goes on between a face and what stands ``back`` behind it, as high as before it, and little
+    of the face reaches up to it there.
+    """
+    ends = (back.ends() - face.centre) @ face.direction
+    low, high = max(float(ends.min()), face.low), min(float(ends.max()), face.high)
+    if high - low < LEAST_NOOK:
+        return False
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
+    tall = (plan.columns.high[face.columns] >= 3) & (along > low) & (along < high)
+    if len(np.unique(np.floor(along[tall] / PLAN))) * PLAN > NOT_TALL * (high - low):
+        return False
+    depth = -float((back.centre - face.centre) @ face.normal)
+    stretch = replace(face, low=low, high=high)
+    within, before = ceiling_on(plan, stretch, -depth, 0.0), ceiling_on(plan, stretch, 0.1, 0.5)
+    known = np.isfinite(within)
+    if known.mean() < LEAST_KNOWN or not np.isfinite(before).any():
+        return False
+    return abs(float(np.median(within[known]) - np.nanmedian(before))) < SAME_LEVEL
+
+
+def strip_of(plan: Plan, face: Face, back: float, front: float) -> I64:
+    """Pixels (across, along, 2) of a strip along a face, from ``back`` to ``front`` metres before it, every 5 cm."""
+    t, d = np.meshgrid(np.arange(face.low, face.high, PLAN), np.arange(back + PLAN / 2, front, PLAN))
+    points = face.centre + t[..., None] * face.direction + d[..., None] * face.normal
+    pixel = plan.grid.pixel_of(points.reshape(-1, 2))
+    return np.clip(pixel, 0, np.array(plan.floor.shape[::-1]) - 1).reshape(*t.shape, 2)
+
+
+def ceiling_on(plan: Plan, face: Face, back: float, front: float) -> NDArray[np.float32]:
+    """Heights of the ceiling (across, along) on such a strip; NaN where none was seen."""
+    pixel = strip_of(plan, face, back, front)
+    seen = plan.ceiling[pixel[..., 1], pixel[..., 0]] > 0
+    return np.where(seen, plan.ceiling_z[pixel[..., 1], pixel[..., 0]], np.float32(np.nan))
+
+
+def _parts_beside(plan: Plan, face: Face, low: float, high: float) -> list[Face]:
+    """What is left of a face without its stretch from ``low`` to ``high``."""
+    columns = plan.columns
+    along = (columns.xy[face.columns] - face.centre) @ face.direction
+    sides = [face.columns[side] for side in (along < low, along > high)]
+    fitted = [_fit(columns, at, columns.high >= 3, face.normal) for at in sides if len(at) >= 4]
+    return [f for f in fitted if f.length >= SHORTEST]
 
 
 def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -87,13 +163,14 @@ def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.boo
     index = np.full(plan.floor.shape, -1, np.int64)
     at = np.flatnonzero(upright)
     index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
-    angle, line = _local_lines(index, columns.pixel, columns.xy, columns.view)
-    region = _grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
+    angle, line = local_lines(index, columns.pixel, columns.xy, columns.view)
+    region = grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
     return _merge_collinear(columns, _fit_all(columns, region, wall_like), wall_like)
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
-    """``faces`` less those that stand back behind one of ``walls``: window frames, panes, shutters, backs of niches.
+    """``faces`` less those that stand back behind one of ``walls``: window frames, panes, shutters, backs of niches,
+    casements and curtains that stand oblique in an opening.
 
     Such a face lies within the stretch of a longer wall, or mostly, if it reaches the ceiling far less often.
     """
@@ -109,7 +186,10 @@ def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]
         from_wall = face.ends()[:, None] - centre
         behind = -(from_wall * normal).sum(2)
         along = (from_wall * direction).sum(2)
-        stands_back = (behind.min(0) > 0.03) & (behind.max(0) < DEEPEST_RECESS) & (normal @ face.normal > PARALLEL)
+        turned = normal @ face.normal
+        oblique = (np.abs(turned) > OBLIQUE) & (np.abs(turned) < PARALLEL)
+        deep = (behind.min(0) > 0.03) & (behind.max(0) < DEEPEST_RECESS)
+        stands_back = deep & ((turned > PARALLEL) | oblique)
         within = (along.min(0) > low) & (along.max(0) < high) & (length > face.length)
         overlap = np.minimum(along.max(0), high) - np.maximum(along.min(0), low)
         lower = (overlap > 0.5 * face.length) & (face.tall < 0.6 * tall * face.length)
@@ -135,130 +215,6 @@ def main_direction(faces: Sequence[Face]) -> float:
 def _mod_quarter(angle: F64) -> F64:
     """Angle to the nearest multiple of a right angle, -pi/4 to pi/4."""
     return np.mod(angle + np.pi / 4, np.pi / 2) - np.pi / 4
-
-
-@nb.njit(cache=True, nogil=True)
-def _local_lines(index, pixel, xy, view):  # pyright: ignore
-    """Direction angle (m,) of the line through each column that most of its neighbours lie on, and how full it is (m,)
-    0-1.
-
-    A search over directions through the column itself: the other face of a thin wall, 5 to 15 cm away, would pull a fit
-    by moments.
-    """
-    m = pixel.shape[0]
-    angle = np.zeros(m)
-    line = np.zeros(m)
-    rows, cols = index.shape
-    reach = 5
-    steps = 36
-    cosine = np.cos(np.arange(steps) * np.pi / steps)
-    sine = np.sin(np.arange(steps) * np.pi / steps)
-    filled = np.zeros(2 * reach + 1, np.uint8)
-    dx = np.empty(121)
-    dy = np.empty(121)
-    for i in range(m):
-        if index[pixel[i, 1], pixel[i, 0]] != i:
-            continue
-        k = 0
-        for r in range(max(pixel[i, 1] - reach, 0), min(pixel[i, 1] + reach + 1, rows)):
-            for c in range(max(pixel[i, 0] - reach, 0), min(pixel[i, 0] + reach + 1, cols)):
-                j = index[r, c]
-                if j < 0 or view[i, 0] * view[j, 0] + view[i, 1] * view[j, 1] < -0.2:
-                    continue
-                dx[k] = xy[j, 0] - xy[i, 0]
-                dy[k] = xy[j, 1] - xy[i, 1]
-                k += 1
-        best = 0
-        for t in range(steps):
-            filled[:] = 0
-            for j in range(k):
-                if abs(dy[j] * cosine[t] - dx[j] * sine[t]) < LOCAL_BAND:
-                    along = int(np.floor((dx[j] * cosine[t] + dy[j] * sine[t]) / PLAN + 0.5)) + reach
-                    if 0 <= along < filled.size:
-                        filled[along] = 1
-            count = filled.sum()
-            if count > best:
-                best = count
-                angle[i] = t * np.pi / steps
-        sxx = 1e-12
-        sxy = 0.0
-        for j in range(k):
-            u = dx[j] * np.cos(angle[i]) + dy[j] * np.sin(angle[i])
-            v = dy[j] * np.cos(angle[i]) - dx[j] * np.sin(angle[i])
-            if abs(v) < LOCAL_BAND:
-                sxx += u * u
-                sxy += u * v
-        angle[i] += np.arctan(sxy / sxx)
-        line[i] = best / filled.size
-    return angle, line
-
-
-@nb.njit(cache=True, nogil=True)
-def _grow(index, pixel, xy, weight, view, angle, line, band):  # pyright: ignore
-    """Region number (m,) of each column, -1 where none: straight runs on one side of a wall, clearest first."""
-    region = np.full(pixel.shape[0], -1, np.int64)
-    queue = np.empty(pixel.shape[0], np.int64)
-    used = 0
-    for start in np.argsort(-(line * weight)):
-        own = index[pixel[start, 1], pixel[start, 0]] == start
-        if region[start] < 0 and line[start] >= SEED and own:
-            _grow_from(start, used, region, queue, index, pixel, xy, weight, view, angle, line, band)
-            used += 1
-    return region
-
-
-@nb.njit(cache=True, nogil=True)
-def _grow_from(start, number, region, queue, index, pixel, xy, weight, view, angle, line, band):  # pyright: ignore
-    """Give ``number`` to the columns connected to ``start`` that lie on its line, which is fitted anew as they come."""
-    normal = np.array([-np.sin(angle[start]), np.cos(angle[start])])
-    if normal[0] * view[start, 0] + normal[1] * view[start, 1] < 0:
-        normal = -normal
-    centre = xy[start].copy()
-    sums = np.zeros(6)
-    queue[0] = start
-    region[start] = number
-    head = 0
-    tail = 1
-    refit = 6
-    while head < tail:
-        i = queue[head]
-        head += 1
-        x = xy[i, 0] - xy[start, 0]
-        y = xy[i, 1] - xy[start, 1]
-        sums += weight[i] * np.array([1.0, x, y, x * x, x * y, y * y])
-        if head == refit:
-            refit = int(refit * 1.5)
-            normal = _normal_of(sums, normal)
-            centre = xy[start] + sums[1:3] / sums[0]
-        for r in range(max(pixel[i, 1] - 3, 0), min(pixel[i, 1] + 4, index.shape[0])):
-            for c in range(max(pixel[i, 0] - 3, 0), min(pixel[i, 0] + 4, index.shape[1])):
-                j = index[r, c]
-                if j >= 0 and region[j] < 0 and _fits(j, centre, normal, xy, view, angle, line, band):
-                    region[j] = number
-                    queue[tail] = j
-                    tail += 1
-
-
-@nb.njit(cache=True, nogil=True)
-def _normal_of(sums, old):  # pyright: ignore
-    """Unit normal of the line through points with these sums (1, x, y, xx, xy, yy), on the side of the ``old`` one."""
-    a = sums[3] / sums[0] - (sums[1] / sums[0]) ** 2
-    b = sums[4] / sums[0] - sums[1] * sums[2] / sums[0] ** 2
-    d = sums[5] / sums[0] - (sums[2] / sums[0]) ** 2
-    t = 0.5 * np.arctan2(2 * b, a - d)
-    normal = np.array([-np.sin(t), np.cos(t)])
-    return normal if normal[0] * old[0] + normal[1] * old[1] >= 0 else -normal
-
-
-@nb.njit(cache=True, nogil=True)
-def _fits(j, centre, normal, xy, view, angle, line, band):  # pyright: ignore
-    """Whether column j lies on the line, is seen from its front, and runs along it as far as that can be told."""
-    if abs(normal[0] * (xy[j, 0] - centre[0]) + normal[1] * (xy[j, 1] - centre[1])) > band:
-        return False
-    if normal[0] * view[j, 0] + normal[1] * view[j, 1] < -0.05:
-        return False
-    across = abs(-np.sin(angle[j]) * normal[0] + np.cos(angle[j]) * normal[1])
-    return line[j] <= SEED or across >= 0.85
 
 
 def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> list[Face]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
-from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, Face
+from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, SAME_LEVEL, Face, ceiling_on, strip_of
 from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan
 
@@ -28,6 +28,10 @@ LOOKED_THROUGH = 0.25
 """Share of a front's area that stations must have looked through: more than noise, less than curtains leave."""
 IN_LINE = 0.08
 """Distance, metres, within which the end of the ceiling continues a wall's face: as well as a raster of 5 cm tells."""
+BEYOND = DEEPEST_RECESS + 0.15
+"""How far behind a gap, metres, it is asked whether the ceiling goes on there."""
+BEFORE = (0.1, 0.5)
+"""Where before a gap, metres, the height of the room's ceiling is taken."""
 APART = 1.5
 """Gap, metres, between two seen stretches of one lintel."""
 F64 = NDArray[np.float64]
@@ -78,11 +82,31 @@ def without_strips(plan: Plan, before: Sequence[Face] | None = None) -> Plan:
             pixel = _behind(face, plan)
             near[pixel[..., 1], pixel[..., 0]] = True
         strip &= near
+    return _without(plan, strip)
+
+
+def _without(plan: Plan, hidden: NDArray[np.bool_]) -> Plan:
     return replace(
         plan,
-        ceiling=np.where(strip, np.uint8(0), plan.ceiling),
-        ceiling_z=np.where(strip, np.float32(np.nan), plan.ceiling_z),
+        ceiling=np.where(hidden, np.uint8(0), plan.ceiling),
+        ceiling_z=np.where(hidden, np.float32(np.nan), plan.ceiling_z),
     )
+
+
+def without_soffits(plan: Plan, gaps: Sequence[Face]) -> Plan:
+    """The plan without the ceiling that hangs lower behind the ``gaps`` of wall faces than before them, and ends within
+    the depth of a wall: soffits of lintels, which are not a room's ceiling however wide the opening.
+    """
+    hidden = np.zeros(plan.floor.shape, bool)
+    for gap in gaps:
+        behind, before = ceiling_on(plan, gap, -BEYOND, 0.0), ceiling_on(plan, gap, *BEFORE)
+        if np.isfinite(before).any():
+            depth = np.arange(len(behind))[::-1, None] * PLAN
+            ends = ~np.isfinite(np.where(depth >= DEEPEST_RECESS, behind, np.nan)).any(0)
+            lower = (behind < np.nanmedian(before) - SAME_LEVEL) & ends
+            pixel = strip_of(plan, gap, -BEYOND, 0.0)[lower]
+            hidden[pixel[:, 1], pixel[:, 0]] = True
+    return _without(plan, hidden)
 
 
 def _under_strips(edge: Face, plan: Plan) -> list[Face]:
@@ -115,10 +139,7 @@ def _stands_back(face: Face, edge: Face) -> bool:
 
 def _behind(face: Face, plan: Plan) -> NDArray[np.int64]:
     """Pixels (depth, along, 2) behind a face, to the depth of a wall, every 5 cm."""
-    t, d = np.meshgrid(np.arange(face.low, face.high, PLAN), np.arange(PLAN / 2, DEEPEST_RECESS, PLAN))
-    points = face.centre + t[..., None] * face.direction - d[..., None] * face.normal
-    pixel = plan.grid.pixel_of(points.reshape(-1, 2))
-    return np.clip(pixel, 0, np.array(plan.floor.shape[::-1]) - 1).reshape(*t.shape, 2)
+    return strip_of(plan, face, -DEEPEST_RECESS, 0.0)
 
 
 def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> bool:

@@ -113,3 +113,30 @@ def test_faces_have_a_front_also_where_no_station_is_known(yaw: float) -> None:
     assert len(faces) == 4
     for face in faces:
         assert (middle - face.centre) @ face.normal > 1.0
+
+
+def beside_a_nook(soffit: float) -> list[F64]:
+    """A room of 6 x 3 m whose far wall stands back by 40 cm over 2 m, where a board 1.9 m tall stands in line."""
+    floor, ceiling, *walls = room(0, 0, 6, 3)
+    beside = [upright((0, 3), (2, 3), 0, 2.5), upright((4, 3), (6, 3), 0, 2.5), upright((2, 3), (4, 3), 0, 1.9)]
+    nook = [upright((2, 3.4), (4, 3.4), 1.0, soffit), level(2, 3, 4, 3.4, soffit), level(2, 3, 4, 3.4, 0)]
+    return [floor, ceiling, *walls[:2], walls[3], *beside, *nook]
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_what_stands_before_a_nook_in_line_with_the_wall_is_not_the_wall(yaw: float) -> None:
+    faces = find_faces(plan([beside_a_nook(2.5)], [(3, 1)], yaw))
+    (a, b), (c, d) = (turned(np.array([[2, y, 0], [4, y, 0]]), yaw)[:, :2] for y in (3.4, 3.0))
+    assert len(on_line(faces, a, b, 0.005)) == 1
+    before = on_line(faces, c, d, 0.005)
+    middle = (c + d) / 2
+    assert len(before) == 2
+    assert all(not f.low < (middle - f.centre) @ f.direction < f.high for f in before)
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_a_wall_below_a_window_is_the_wall_and_what_stands_back_above_it_is_not(yaw: float) -> None:
+    faces = find_faces(plan([beside_a_nook(2.3)], [(3, 1)], yaw))
+    (a, b), (c, d) = (turned(np.array([[2, y, 0], [4, y, 0]]), yaw)[:, :2] for y in (3.4, 3.0))
+    assert not on_line(faces, a, b, 0.005)
+    assert len(on_line(faces, c, d, 0.005)) == 1
