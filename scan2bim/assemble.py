@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
+from scan2bim.assemble_members import columns_of, linear, seen_by
 from scan2bim.assemble_plates import covering_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
@@ -99,6 +98,7 @@ def _storey(
         coverings=tuple(
             covering_of(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
         ),
+        columns=columns_of(number, structure, sources),
         stairs=stairs_of(number, structure),
     )
 
@@ -159,11 +159,11 @@ def _wall(
             rms=shape.rms,
             coverage=shape.coverage,
             faces_seen=shape.faces,
-            scans=_seen_by(shape.stations, sources),
+            scans=seen_by(shape.stations, sources),
             sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, "
             f"RMS {shape.rms * 1000:.0f} mm" + ("" if measured else "; thickness assumed"),
         ),
-        colour=_linear(shape.colour),
+        colour=linear(shape.colour),
         start=shape.start,
         end=shape.end,
         thickness=Dimension(
@@ -191,17 +191,6 @@ def _wall_confidence(shape: WallShape) -> float:
     return min(0.98, max(0.1, base - 4 * max(0.0, shape.rms - 0.01)))
 
 
-def _seen_by(stations: Sequence[int], sources: dict[int, ScanSource]) -> tuple[str, ...]:
-    return tuple(sources[s].id for s in stations if s in sources)
-
-
-def _linear(rgb: tuple[int, int, int]) -> tuple[float, float, float]:
-    """8-bit sRGB to linear 0-1."""
-    c = np.array(rgb) / 255.0
-    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    return (round(float(linear[0]), 4), round(float(linear[1]), 4), round(float(linear[2]), 4))
-
-
 def _opening(
     wall_id: str, shape: OpeningShape, index: int, wall: int, number: int, sources: dict[int, ScanSource]
 ) -> Opening:
@@ -210,7 +199,7 @@ def _opening(
     evidence = Evidence(
         points=shape.points,
         coverage=shape.looked_through,
-        scans=_seen_by(shape.stations, sources),
+        scans=seen_by(shape.stations, sources),
         sentence=_sentence(shape),
     )
     return Opening(

@@ -21,10 +21,11 @@ from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.overlaps import clear_of
 from scan2bim.structure.panes import as_glass, with_panes
+from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
-from scan2bim.structure.shapes import JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import ColumnShape, JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import find_walls
@@ -70,13 +71,19 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
         slab = layers.between(scene.surfels, low, high)
         plan = plan_of(level, scene.surfels, slab, scene.stations)
-        found = [as_glass(f, plan, near) for f in find_faces(plan)]
+        walls = find_faces(plan)
+        pillars = find_pillars(plan, main_direction(walls))
+        columns = [column_of(p, plan) for p in pillars]
+        if pillars:
+            plan = without_pillars(plan, pillars)
+            walls = find_faces(plan)
+        found = [as_glass(f, plan, near) for f in walls]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(stairs, plan)
         above = levels[number + 1].floor if number + 1 < len(levels) else None
         stairs = find_stairs(plan, above, scene.surfels, slab, main_direction(found))
-        rooms.append(_rooms(plan, found, panes, near, wells, stairs))
+        rooms.append(replace(_rooms(plan, found, panes, near, wells, stairs), columns=tuple(columns)))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -111,6 +118,7 @@ class Rooms:
     panes: list[LineString]
     evidence: FaceEvidence
     stairs: tuple[StairShape, ...]
+    columns: tuple[ColumnShape, ...] = ()
 
 
 def _rooms(
@@ -159,7 +167,8 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     )
     clear = tuple(_clear(space, axes) for space in rooms.spaces)
     level = rooms.levels
-    return StoreyShape(level.floor, level.sigma, level.ceiling, level.top, clear, walls, rooms.stairs)
+    heights = level.floor, level.sigma, level.ceiling, level.top
+    return StoreyShape(*heights, clear, walls, rooms.stairs, rooms.columns)
 
 
 def _clear(space: SpaceShape, axes: Sequence[Axis]) -> SpaceShape:

@@ -62,6 +62,10 @@ class Columns:
     def __len__(self) -> int:
         return len(self.bins)
 
+    def pick(self, keep: NDArray[np.bool_]) -> Columns:
+        """Those of a mask (m,)."""
+        return Columns(*(getattr(self, f.name)[keep] for f in fields(self)))
+
     def joined(self, other: Columns) -> Columns:
         """These and then the others."""
         return Columns(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))

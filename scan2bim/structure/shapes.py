@@ -86,8 +86,31 @@ class StairShape:
 
 
 @dataclass(frozen=True, slots=True)
+class ColumnShape:
+    """A column from ``base`` up to ``top``: outline and kind of its section, ``size`` across its own axes (metres).
+
+    ``rms`` metres of its surface to the outline, ``points`` the scan points on it, ``coverage`` the share of the outline
+    that was seen, ``stations`` the scans that see it.
+    """
+
+    outline: Ring
+    section: Literal["rectangular", "round"]
+    size: Point
+    base: float
+    top: float
+    top_seen: bool
+    rms: float
+    points: int
+    coverage: float
+    stations: tuple[int, ...]
+    colour: tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
 class StoreyShape:
-    """A storey: floor (with sigma), ceiling and top heights, its spaces and walls, the stairs that start in it."""
+    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls and columns, the stairs that start in
+    it.
+    """
 
     floor: float
     sigma: float
@@ -96,6 +119,7 @@ class StoreyShape:
     spaces: tuple[SpaceShape, ...]
     walls: tuple[WallShape, ...]
     stairs: tuple[StairShape, ...] = ()
+    columns: tuple[ColumnShape, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

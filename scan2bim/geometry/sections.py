@@ -1,0 +1,145 @@
+"""Round and rectangular sections fitted to points on their outline, as of columns in plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+CORNERS = 24
+"""Of the outline of a round section."""
+SNAP = np.radians(4.0)
+"""Angle within which a rectangle is turned into the building's main direction: a side of half a metre tells no more."""
+ON_SIDE = 0.03
+"""Distance, metres, within which points belong to a side."""
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Section:
+    """A section in plan: ``centre`` (2,), ``size`` across its own axes (metres; a circle's diameter twice), ``angle``
+    (radians) of its first axis. ``rms`` metres of its points; ``sides`` of four (of a circle: of twelve sectors) on
+    which there are points.
+    """
+
+    centre: F64
+    size: tuple[float, float]
+    angle: float
+    round: bool
+    rms: float
+    sides: int
+
+    @property
+    def axes(self) -> F64:
+        """Unit vectors along its sides, (2, 2), one a row."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.array([[c, s], [-s, c]])
+
+    @property
+    def outline(self) -> F64:
+        """Its corners counter-clockwise, (k, 2); those of a round one lie on the circle."""
+        if self.round:
+            turn = self.angle + np.arange(CORNERS) * 2 * np.pi / CORNERS
+            return self.centre + self.size[0] / 2 * np.stack([np.cos(turn), np.sin(turn)], 1)
+        half = np.array(self.size) / 2
+        return self.centre + (np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half) @ self.axes
+
+    def distance(self, xy: F64) -> F64:
+        """Of points (n, 2) from the outline, (n,) metres, always positive."""
+        if self.round:
+            return np.abs(np.linalg.norm(xy - self.centre, axis=1) - self.size[0] / 2)
+        q = np.abs((xy - self.centre) @ self.axes.T) - np.array(self.size) / 2
+        return np.where((q < 0).all(1), -q.max(1), np.linalg.norm(np.maximum(q, 0.0), axis=1))
+
+    def outward(self, xy: F64) -> F64:
+        """Unit normals (n, 2) of the outline at points (n, 2) on it."""
+        off = xy - self.centre
+        if self.round:
+            return off / np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-9)
+        local = off @ self.axes.T
+        q = np.abs(local) - np.array(self.size) / 2
+        first = q[:, 0] > q[:, 1]
+        normal = np.where(first[:, None], [[1.0, 0.0]], [[0.0, 1.0]]) * np.where(local < 0, -1.0, 1.0)
+        return normal @ self.axes
+
+    def coverage(self, xy: F64, step: float) -> float:
+        """Share of the outline, in steps of ``step`` metres, near which there are points (n, 2)."""
+        corners = self.outline
+        sides = np.roll(corners, -1, 0) - corners
+        lengths = np.linalg.norm(sides, axis=1)
+        places = [
+            c + s * t for c, s, n in zip(corners, sides, lengths, strict=True) for t in _middles(max(1, round(n / step)))
+        ]
+        apart = np.linalg.norm(np.array(places)[:, None] - xy[None], axis=2)
+        return float((apart.min(1) < step).mean())
+
+
+def _middles(count: int) -> list[float]:
+    return [(k + 0.5) / count for k in range(count)]
+
+
+def fit_circle(xy: F64, weight: F64) -> Section:
+    """Circle through points (n, 2), n > 2, weighted (n,), robustly."""
+    centre, radius, own = xy.mean(0), 0.0, weight
+    for _ in range(5):
+        middle = np.average(xy, axis=0, weights=own)
+        off = xy - middle
+        rows = np.column_stack([2 * off, np.ones(len(xy))]) * np.sqrt(own)[:, None]
+        solution = np.linalg.lstsq(rows, (off**2).sum(1) * np.sqrt(own), rcond=None)[0]
+        centre = middle + solution[:2]
+        radius = float(np.sqrt(max(solution[2] + solution[:2] @ solution[:2], 1e-9)))
+        own = _robust(weight, np.linalg.norm(xy - centre, axis=1) - radius)
+    residual = np.linalg.norm(xy - centre, axis=1) - radius
+    turn = np.arctan2(*(xy - centre)[np.abs(residual) < ON_SIDE].T[::-1])
+    sectors = len(np.unique(np.floor(turn / (np.pi / 6))))
+    return Section(centre, (2 * radius, 2 * radius), 0.0, True, _rms(residual, weight), sectors)
+
+
+def fit_rectangle(xy: F64, weight: F64, main: float) -> Section:
+    """Rectangle round points (n, 2) on its sides, weighted (n,); turned into the direction ``main`` (radians) if it is
+    nearly so.
+    """
+    angles = np.radians(np.arange(0.0, 90.0, 3.0))
+    best = min((_rectangle(xy, weight, float(a)) for a in angles), key=lambda s: s.rms)
+    fine = best.angle + np.radians(np.arange(-3.0, 3.01, 0.5))
+    best = min((_rectangle(xy, weight, float(a)) for a in fine), key=lambda s: s.rms)
+    off = float(np.mod(best.angle - main + np.pi / 4, np.pi / 2) - np.pi / 4)
+    return _rectangle(xy, weight, best.angle - off) if abs(off) < SNAP else best
+
+
+def _rectangle(xy: F64, weight: F64, angle: float) -> Section:
+    """The rectangle of a given direction: each side at the median of the points that are nearest to it."""
+    c, s = np.cos(angle), np.sin(angle)
+    local = xy @ np.array([[c, -s], [s, c]])
+    low, high = local.min(0), local.max(0)
+    seen = np.zeros(4, bool)
+    for _ in range(3):
+        gaps = np.concatenate([np.abs(local - low), np.abs(local - high)], 1)
+        nearest = gaps.argmin(1)
+        on = [np.flatnonzero((nearest == k) & (gaps[:, k] < ON_SIDE)) for k in range(4)]
+        seen = np.array([_runs_along(local[a, 1 - k % 2], (high - low)[1 - k % 2]) for k, a in enumerate(on)])
+        sides = [np.median(local[a, k % 2]) if len(a) else (low, high)[k // 2][k % 2] for k, a in enumerate(on)]
+        low, high = np.array(sides[:2]), np.array(sides[2:])
+    residual = np.concatenate([np.abs(local - low), np.abs(local - high)], 1).min(1)
+    centre = np.array([[c, -s], [s, c]]) @ ((low + high) / 2)
+    size = float(high[0] - low[0]), float(high[1] - low[1])
+    both = int(seen.sum()) if (seen[0] or seen[2]) and (seen[1] or seen[3]) else 1
+    return Section(centre, size, angle, False, _rms(residual, weight), both)
+
+
+def _runs_along(places: F64, length: float) -> bool:
+    """Whether points at these places along a side, (n,), are on a good part of it."""
+    return len(places) >= 2 and float(np.ptp(places)) > 0.4 * length
+
+
+def _robust(weight: F64, residual: F64) -> F64:
+    scale = max(1.4826 * float(np.median(np.abs(residual))), 0.001)
+    return weight / (1 + (residual / (2 * scale)) ** 2) ** 2
+
+
+def _rms(residual: F64, weight: F64) -> float:
+    near = np.abs(residual) < ON_SIDE
+    share = near.mean()
+    rms = float(np.sqrt(np.average(residual[near] ** 2, weights=weight[near]))) if near.any() else ON_SIDE
+    return rms + ON_SIDE * float(1 - share)
