@@ -34,6 +34,7 @@ LAYER_OF_MODULE = {
             "scans",
             "scan_points",
             "assemble",
+            "assemble_members",
             "assemble_plates",
             "verification",
         ),

@@ -25,7 +25,16 @@ from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
-from scan2bim.structure.shapes import ColumnShape, JoinShape, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import (
+    ColumnShape,
+    JoinShape,
+    SpaceShape,
+    StairShape,
+    StoreyShape,
+    StructureShape,
+    WallShape,
+    ring_of,
+)
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import find_walls
@@ -72,18 +81,19 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         slab = layers.between(scene.surfels, low, high)
         plan = plan_of(level, scene.surfels, slab, scene.stations)
         walls = find_faces(plan)
-        pillars = find_pillars(plan, main_direction(walls))
-        columns = [column_of(p, plan) for p in pillars]
+        below, main = stairs, main_direction(walls)
+        above = levels[number + 1].floor if number + 1 < len(levels) else None
+        stairs = find_stairs(plan, above, scene.surfels, slab, main)
+        pillars = find_pillars(plan, main, [s.outline for s in (*below, *stairs)])
+        columns = tuple(column_of(p, plan) for p in pillars)
         if pillars:
             plan = without_pillars(plan, pillars)
             walls = find_faces(plan)
         found = [as_glass(f, plan, near) for f in walls]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
-        wells = wells_of(stairs, plan)
-        above = levels[number + 1].floor if number + 1 < len(levels) else None
-        stairs = find_stairs(plan, above, scene.surfels, slab, main_direction(found))
-        rooms.append(replace(_rooms(plan, found, panes, near, wells, stairs), columns=tuple(columns)))
+        wells = wells_of(below, plan)
+        rooms.append(replace(_rooms(plan, found, panes, near, wells, stairs), columns=columns))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))

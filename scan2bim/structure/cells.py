@@ -34,6 +34,10 @@ LEAST_MEAN = 0.35
 """Least mean evidence per square metre of a space: outdoors, seen through panes, reaches less."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
+LEAST_OPEN = 4.0
+"""Square metres of clear evidence outside all cells from which on the cuts are drawn deeper: a return wall that nobody
+saw leaves a room open.
+"""
 BARE_EDGE = 0.30
 """Cost per metre of a label change where no face was seen, in square metres of full evidence."""
 SEEN_EDGE = 0.02
@@ -184,11 +188,9 @@ def _outermost(off: F64, along: F64) -> float:
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
     """Cut the plan by the faces' lines and gather the evidence on cells and edges."""
-    lines = [f.ends(min(REACH, 0.6 + 1.5 * f.length)) for f in faces] + [cap for f in faces for cap in _caps(f)]
-    drawn = shapely.linestrings(np.array(lines))
-    noded = shapely.union_all(drawn, grid_size=1e-6)
-    polygons = np.array(list(shapely.get_parts(shapely.polygonize([noded]))), object)
-    polygons = polygons[shapely.area(polygons) > 1e-5]
+    polygons = _cells_between(faces, CAP)
+    if _left_out(polygons, plan, score) > LEAST_OPEN:
+        polygons = _cells_between(faces, REACH)
     evidence = _area_evidence(polygons, plan, score)
     cell, ends = _oriented_edges(polygons)
     key = _edge_keys(ends)
@@ -209,9 +211,26 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     return Cells(polygons, cell[pair], ends[pair[:, 0]], covered, parted, evidence)
 
 
-def _caps(face: Face) -> tuple[F64, F64]:
+def _cells_between(faces: Sequence[Face], cap: float) -> NDArray[np.object_]:
+    """Cells (c,) that the faces' lines close, drawn on past their ends, and cuts of ``cap`` metres at those."""
+    lines = [f.ends(min(REACH, 0.6 + 1.5 * f.length)) for f in faces] + [c for f in faces for c in _caps(f, cap)]
+    noded = shapely.union_all(shapely.linestrings(np.array(lines)), grid_size=1e-6)
+    polygons = np.array(list(shapely.get_parts(shapely.polygonize([noded]))), object)
+    return polygons[shapely.area(polygons) > 1e-5]
+
+
+def _left_out(polygons: NDArray[np.object_], plan: Plan, score: NDArray[np.float32]) -> float:
+    """Square metres of clear evidence for space that lie in no cell: the lines leave a gap somewhere round them."""
+    row, col = np.nonzero(score > 0.5)
+    middle = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+    whole = shapely.union_all(polygons, grid_size=1e-6)
+    shapely.prepare(whole)
+    return float((~shapely.contains_xy(whole, middle[:, 0], middle[:, 1])).sum()) * PLAN * PLAN
+
+
+def _caps(face: Face, depth: float) -> tuple[F64, F64]:
     """Cuts across the wall behind a face at both of its ends: where a wall ends free, or a niche begins."""
-    across = np.outer([-CAP, CAP / 4], face.normal)
+    across = np.outer([-depth, CAP / 4], face.normal)
     first, last = face.ends()
     return first + across, last + across
 

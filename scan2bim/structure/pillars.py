@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, TALL
+from scan2bim.geometry.raster import closed
 from scan2bim.geometry.sections import Section, fit_circle, fit_rectangle
 from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.shapes import ColumnShape, ring_of
@@ -30,18 +31,30 @@ UPRIGHT = 0.4
 """Share of the clear height that a plan column must fill to be part of a pillar: furniture may hide the rest."""
 REACHING = 3
 """Heights of 10 cm, of the four below the ceiling, that a pillar fills: what ends lower is furniture."""
+LOWEST = 1.8
+"""Clear height, metres, of the lowest place where a pillar is looked for: not under the eaves of a roof."""
 FEWEST = 6
 """Plan columns that an outline needs: two sides of the thinnest pillar."""
 FIT = 0.02
 """Root mean square distance, metres, of a pillar's surface to its outline: noise and registration together."""
-CLEAR_FIT = 0.008
+CLEAR_FIT = 0.006
 """The same of a pillar of which only two sides were seen: chance puts what stands at random in two lines, too."""
 ROUNDER = 0.6
 """Ratio of both fits' residuals below which the section is round rather than rectangular."""
 OUTWARD = 0.3
 """Mean cosine between the outline's outward normals and the views: a niche or shaft is seen from inside."""
-ROUND_ABOUT = 0.6
+SHADOW = 7
+"""Pixels: gaps of 35 cm in floor or ceiling lie between a sparse scan's points, or in the pillar's own shadow."""
+ROUND_ABOUT = 0.8
 """Share of a ring round a pillar over or under which ceiling or floor was seen: the corner of a wall has less."""
+ALL_SIDES = 0.85
+"""Share of its outline from which on a pillar was seen from all sides and is no corner, ..."""
+BESIDE = 0.5
+"""... and share of the ring that then suffices: it may stand close to a wall or front."""
+LINTEL = 2.25
+"""Height over the floor, metres, below which a strip that ends at a pillar is a lintel and the pillar a wall's pier:
+doors are lower, and nobody passes under lower beams.
+"""
 RING = (0.10, 0.30)
 """Inner and outer distance, metres, of that ring from the outline."""
 F64 = NDArray[np.float64]
@@ -72,17 +85,34 @@ class Pillar:
         return "round" if self.section.round else "rectangular"
 
 
-def find_pillars(plan: Plan, main: float) -> list[Pillar]:
-    """Free-standing pillars of a storey; ``main`` is the building's main direction (radians)."""
+def find_pillars(plan: Plan, main: float, stairs: Sequence[Polygon] = ()) -> list[Pillar]:
+    """Free-standing pillars of a storey; ``main`` is the building's main direction (radians). What stands in ``stairs``
+    is a post of theirs.
+    """
     columns = plan.columns
     clear = plan.grid.roof[columns.pixel[:, 1], columns.pixel[:, 0]] - plan.grid.floor
-    upright = (columns.bins * TALL >= UPRIGHT * clear) & (columns.high >= 1)
+    upright = (columns.bins * TALL >= UPRIGHT * clear) & (columns.high >= 1) & (clear > LOWEST)
     loose = _clusters(plan, upright, upright | (columns.high >= 2))
     taken = np.zeros(len(columns), bool)
     for group in loose:
         taken[group] = True
-    found = [_pillar(plan, group, main) for group in [*loose, *_clusters(plan, upright & ~taken, upright)]]
-    return [p for p in found if p is not None]
+    tied = [g for g in _clusters(plan, upright & ~taken, upright) if not _is_pier(plan, g, upright)]
+    found = [_pillar(plan, group, main) for group in [*loose, *tied]]
+    posts = shapely.union_all(stairs)
+    return [p for p in found if p is not None and not posts.intersects(p.polygon)]
+
+
+def _is_pier(plan: Plan, group: I64, upright: NDArray[np.bool_]) -> bool:
+    """Whether what hangs from the ceiling beside a group of plan columns comes down as far as lintels do."""
+    columns = plan.columns
+    low, high = columns.xy[group].min(0) - RING[1], columns.xy[group].max(0) + RING[1]
+    beside = ((columns.xy > low) & (columns.xy < high)).all(1) & ~upright & (columns.high >= 2)
+    hung = columns.low == 0
+    down = columns.bins[beside & hung] * TALL
+    if not len(down):
+        return False
+    roof = plan.grid.roof[columns.pixel[group[0], 1], columns.pixel[group[0], 0]] - plan.grid.floor
+    return bool(roof - np.percentile(down, 75) < LINTEL)
 
 
 def without_pillars(plan: Plan, pillars: Sequence[Pillar]) -> Plan:
@@ -127,15 +157,15 @@ def column_of(pillar: Pillar, plan: Plan) -> ColumnShape:
 
 
 def _clusters(plan: Plan, wanted: NDArray[np.bool_], linking: NDArray[np.bool_]) -> list[I64]:
-    """Those ``wanted`` plan columns (m,) in groups with less than 10 cm between the ``linking`` ones (m,), if a group is
-    no larger than a pillar.
+    """Those ``wanted`` plan columns (m,) in groups with less than 10 cm between the ``linking`` ones (m,), if a
+    group is no larger than a pillar.
     """
     mask = np.zeros(plan.floor.shape, np.uint8)
     at = plan.columns.pixel[linking]
     mask[at[:, 1], at[:, 0]] = 1
     _, labels, boxes, _ = cv2.connectedComponentsWithStats(cv2.dilate(mask, np.ones((3, 3), np.uint8)))
     small = np.hypot(boxes[:, cv2.CC_STAT_WIDTH] - 2, boxes[:, cv2.CC_STAT_HEIGHT] - 2) * PLAN < 1.5 * THICKEST
-    label = labels[plan.columns.pixel[:, 1], plan.columns.pixel[:, 0]]
+    label = np.asarray(labels, np.int64)[plan.columns.pixel[:, 1], plan.columns.pixel[:, 0]]
     members = np.flatnonzero(wanted & small[label] & (label > 0))
     members = members[np.argsort(label[members], kind="stable")]
     groups = np.split(members, np.flatnonzero(np.diff(label[members])) + 1)
@@ -191,5 +221,6 @@ def _stands_free(plan: Plan, pillar: Pillar) -> bool:
     """Whether floor or ceiling was seen round a pillar: the corner of a wall is solid or unseen on its far sides."""
     inner, outer = (pixels_in(shapely.buffer(pillar.polygon, d, join_style="mitre"), plan) for d in RING)
     ring = outer & ~inner
-    seen = (plan.ceiling > 0) | (plan.floor > 0) | (plan.soffit > 0)
-    return bool(seen[ring].mean() > ROUND_ABOUT) if ring.any() else False
+    seen = closed(plan.ceiling | plan.floor | plan.soffit, SHADOW) > 0
+    share = float(np.mean(seen[ring])) if ring.any() else 0.0
+    return share > (BESIDE if pillar.coverage > ALL_SIDES else ROUND_ABOUT)

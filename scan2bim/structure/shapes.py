@@ -89,8 +89,8 @@ class StairShape:
 class ColumnShape:
     """A column from ``base`` up to ``top``: outline and kind of its section, ``size`` across its own axes (metres).
 
-    ``rms`` metres of its surface to the outline, ``points`` the scan points on it, ``coverage`` the share of the outline
-    that was seen, ``stations`` the scans that see it.
+    ``rms`` metres of its surface to the outline, ``points`` the scan points on it, ``coverage`` the share of the
+    outline that was seen, ``stations`` the scans that see it.
     """
 
     outline: Ring
