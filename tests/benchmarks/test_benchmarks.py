@@ -16,6 +16,9 @@ import cost
 import decode
 import document
 import experiments
+import invariance
+import numpy as np
+import shapely
 import tower
 from bench import OpenDoors
 from bench_truth import bench_truth
@@ -153,3 +156,30 @@ def test_a_benchs_truth_becomes_ours(tmp_path: Path) -> None:
     assert (found.hinge, found.swing, found.state, found.occlusion) == ("end", "left", "open", 0.25)
     assert found.angle == pytest.approx(1.5708, abs=1e-4)
     assert (truth.openings[0].occlusion, truth.spaces[0].area, len(truth.storeys)) == (1.0, 4.0, 1)
+
+
+def test_a_model_brought_back_is_the_same_and_other_walls_are_counted() -> None:
+    ends = np.array([[[0.0, 0.0], [4.0, 0.0]], [[4.0, 0.0], [4.0, 3.0]], [[4.0, 3.0], [0.0, 3.0]]])
+    room = shapely.box(0, 0, 4, 3)
+    plan = invariance.Plan(ends, np.full(3, 0.2), np.zeros(3), ((room, 0.0),))
+    shift = np.array([1000.0, 2000.0, 5.0])
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    turned = ends[::-1, ::-1] @ turn.T + shift[:2]
+    away = invariance.Plan(
+        turned, np.full(3, 0.2), np.full(3, 5.0), ((shapely.transform(room, lambda p: p @ turn.T + shift[:2]), 5.0),)
+    )
+    back = invariance.brought_back(away, float(np.arctan2(0.6, 0.8)), shift)
+    assert invariance.agreement(plan, back) == invariance.Agreement((3, 3), 3, 1.0, (1, 1), 1)
+    shorter = ends.copy()
+    shorter[0, 1, 0] = 2.0
+    thicker = invariance.Plan(shorter, np.array([0.2, 0.22, 0.2]), np.zeros(3), ())
+    found = invariance.agreement(plan, thicker)
+    assert (found.same, found.length, found.spaces) == (1, pytest.approx(6 / 11, abs=0.01), (1, 0))
+
+
+def test_a_station_is_written_as_it_was_read(tmp_path: Path) -> None:
+    station = invariance.station_of(SAMPLE / "station_1.e57")
+    invariance.write_station(station, tmp_path / "again.e57")
+    again = invariance.station_of(tmp_path / "again.e57")
+    assert np.abs(again.world() - station.world()).max() < 1e-4
+    assert again.records.keys() == station.records.keys()

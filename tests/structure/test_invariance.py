@@ -8,7 +8,7 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modelled import Modelled, merged_scan, model_of, modelled, scan_of
+from modelled import Modelled, Scan, merged_scan, model_of, modelled, scan_of
 from numpy.typing import NDArray
 from synthetic import scanned, two_rooms
 
@@ -74,6 +74,29 @@ def test_the_order_of_the_stations_does_not_matter() -> None:
     sweeps = scanned(moved(0.4), SPEC).sweeps
     found = model_of([scan_of(sweep) for sweep in reversed(sweeps)])
     assert_same(modelled(moved(0.4), SPEC), Placement(0.4), found, Placement(0.4))
+
+
+def test_a_quarter_of_the_points_gives_the_same_walls() -> None:
+    random = np.random.default_rng(3)
+    spec = dataclasses.replace(SPEC, step=SPEC.step / 2)
+    scans = [scan_of(sweep) for sweep in scanned(moved(0.4), spec).sweeps]
+
+    def thinned(scan: Scan) -> Scan:
+        kept = np.sort(random.permutation(len(scan.chunk.xyz))[::4])
+        chunk = dataclasses.replace(
+            scan.chunk, xyz=scan.chunk.xyz[kept], rgb=scan.chunk.rgb[kept], intensity=scan.chunk.intensity[kept]
+        )
+        return Scan(dataclasses.replace(scan.header, points=len(kept)), chunk)
+
+    found = model_of([thinned(scan) for scan in scans])
+    assert_same(model_of(scans), Placement(0.4), found, Placement(0.4))
+
+
+def test_one_file_without_stations_gives_the_same_walls() -> None:
+    points = scanned(moved(0.4), SPEC).points()
+    assert_same(
+        modelled(moved(0.4), SPEC), Placement(0.4), model_of([merged_scan(points)]), Placement(0.4), doors=False
+    )
 
 
 def test_the_same_scans_give_the_same_result_to_the_last_digit() -> None:
