@@ -25,6 +25,7 @@ from scan2bim.planning import Request, StageRun, checked_inputs, kept_frame, pla
 from scan2bim.progress import Progress, Reporter, several, size
 from scan2bim.reading import read_all
 from scan2bim.scan_points import local_points
+from scan2bim.scan_voxels import labelled_voxels
 from scan2bim.scans import Scan, ScanSet
 from scan2bim.stages import (
     EXPORT,
@@ -90,7 +91,8 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
             building = run.recognise(scans, frame, keys, folders)
             with run.timed(EXPORT):
                 points = partial(local_points, scans, frame)
-                written = write_outputs(building, request.outputs, request.settings.export, points)
+                voxels = partial(labelled_voxels, folders)
+                written = write_outputs(building, request.outputs, request.settings.export, points, voxels)
             run.tidy()
             return Outcome(building, written, tuple(run.done), len(scans.scans), scans.points, scans.skipped)
 

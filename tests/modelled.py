@@ -21,6 +21,7 @@ from synthetic import FINE, Scanned, scanned
 from scan2bim.assemble import assemble_building
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary, ingest_scan
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scan import Chunk, Pose, ScanHeader
 from scan2bim.cloud.scene import Scene as ScannedScene
 from scan2bim.cloud.scene import load_scene
@@ -103,6 +104,8 @@ def model_of(scans: Sequence[Scan], settings: FrameSettings | None = None) -> Mo
         find_structure(folder, parts, folder, StructureSettings(), _silent)
         find_openings(folder, folder, parts, folder, OpeningSettings(), _silent)
         cloud = load_scene(folder, parts)
+        kept = {number: Panorama(p.position, p.ranges) for number, p in cloud.panoramas.items()}
+        cloud = dataclasses.replace(cloud, panoramas=kept)  # the files go
         building = assemble_building("test", headers, frame, folder, folder, parts)
         return Modelled(
             frame,

@@ -33,6 +33,7 @@ LAYER_OF_MODULE = {
             "views",
             "scans",
             "scan_points",
+            "scan_voxels",
             "assemble",
             "assemble_members",
             "assemble_plates",

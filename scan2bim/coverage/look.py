@@ -105,10 +105,13 @@ def mark_points(panels: Panels, rooms: Rooms, bins: Bins, surfels: Surfels, stat
     _mark(points, stations, rooms.frame, found, panels.plane, panels.cells, panels.face, panels.asked, *_out(marks))
 
 
-def look(panels: Panels, rooms: Rooms, panorama: Panorama, marks: Marks) -> None:
-    """Ask a station about the cells that no points lie in."""
+def look(panels: Panels, rooms: Rooms, panorama: Panorama, marks: Marks, *, holes: bool = False) -> None:
+    """Ask a station about the cells that no points lie in; with ``holes`` about those of openings, too, through which
+    pulses that did not return went.
+    """
     station, air = (panorama.position, panorama.ranges), (rooms.frame, rooms.low, rooms.high, rooms.inner)
-    _look(station, air, panels.plane, panels.cells, panels.asked, marks.bits)
+    hole = panels.hole if holes else np.zeros_like(panels.hole)
+    _look(station, air, panels.plane, panels.cells, panels.asked | hole, hole, marks.bits)
 
 
 def _out(marks: Marks) -> tuple[NDArray[np.uint8], F64]:
@@ -186,7 +189,7 @@ def _mark(surfels, stations, frame, bins, plane, cells, face, asked, bits, tally
 
 
 @nb.njit(cache=True, nogil=True)
-def _look(station, air, plane, cells, asked, bits):  # pyright: ignore
+def _look(station, air, plane, cells, asked, hole, bits):  # pyright: ignore
     position, ranges = station
     edge = ranges.shape[1]
     for p in range(plane.shape[0]):
@@ -210,6 +213,8 @@ def _look(station, air, plane, cells, asked, bits):  # pyright: ignore
                 f, row, col = cube_cell(dx, dy, dz, edge)
                 r = np.float64(ranges[f, row, col])
                 slant = d / ahead
+                if r < 0.0 and hole[k]:
+                    bits[k] |= LOOKED_THROUGH
                 if r <= 0.0:
                     continue
                 if r > d + THROUGH * slant:

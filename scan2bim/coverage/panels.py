@@ -50,7 +50,7 @@ class Panels:
     plane (p, 14) float64: a corner, unit vectors along the cells' columns and rows, the normal into the space (3 each),
     and the edges of a cell along columns and rows, metres. cells (p, 3) int64: how many along columns and rows, and the
     first one's number. face (p,) int32. level (p,) bool: a floor or ceiling. asked (c,) bool: the cell belongs to the
-    face. space (c,) int16: the space before it, -1 for none.
+    face; hole (c,) bool: it would, but for an opening of the model. space (c,) int16: the space before it, -1 for none.
     """
 
     faces: tuple[Face, ...]
@@ -59,6 +59,7 @@ class Panels:
     face: NDArray[np.int32]
     level: Bools
     asked: Bools
+    hole: Bools
     space: NDArray[np.int16]
 
     def __len__(self) -> int:
@@ -91,6 +92,7 @@ class _Panel:
     shape: I64
     level: bool
     asked: Bools
+    hole: Bools
     space: NDArray[np.int16]
 
 
@@ -126,6 +128,7 @@ def _joined(faces: tuple[Face, ...], panels: Sequence[_Panel]) -> Panels:
         np.array([p.face for p in panels], np.int32),
         np.array([p.level for p in panels], np.bool_),
         np.concatenate([np.zeros(0, np.bool_), *(p.asked for p in panels)]),
+        np.concatenate([np.zeros(0, np.bool_), *(p.hole for p in panels)]),
         np.concatenate([np.zeros(0, np.int16), *(p.space for p in panels)]),
     )
 
@@ -156,20 +159,23 @@ def _wall_panel(wall: Wall, side: Side, ends: tuple[float, float], face: int, in
     space = _spaces_at(_centres(origin, u, v, step, shape) + BEFORE * normal, rooms)
     along = ends[0] + (np.arange(shape[0]) + 0.5) / shape[0] * (ends[1] - ends[0])
     up = (np.arange(shape[1]) + 0.5) * step[1] * math.cos(wall.lean)
-    asked = _wall_there(wall, side, along, up).ravel()
-    return _Panel(face, origin, u, v, normal, step, shape, False, asked & (space >= 0) if inner else asked, space)
+    there, hole = (mask.ravel() & ((space >= 0) | (not inner)) for mask in _wall_there(wall, side, along, up))
+    return _Panel(face, origin, u, v, normal, step, shape, False, there & ~hole, there & hole, space)
 
 
-def _wall_there(wall: Wall, side: Side, along: F64, up: F64) -> Bools:
-    """(rows, columns): whether there is wall at a height ``up`` over the base and a place along the axis."""
+def _wall_there(wall: Wall, side: Side, along: F64, up: F64) -> tuple[Bools, Bools]:
+    """Two of (rows, columns), at heights ``up`` over the base and places along the axis: below the upper edge; and in
+    an opening or, on its side, a niche.
+    """
     tops = np.array([height_at(wall.profile, float(a)) for a in along]) if wall.profile else wall.height.value
-    there = up[:, None] < np.broadcast_to(tops, along.shape)
+    below = up[:, None] < np.broadcast_to(tops, along.shape)
+    hole = np.zeros_like(below)
     for opening in wall.openings:
         if opening.depth is None or opening.side == side:
             start, sill = opening.offset.value, opening.sill.value
             columns = (along > start) & (along < start + opening.width.value)
-            there &= ~(((up > sill) & (up < sill + opening.height.value))[:, None] & columns)
-    return there
+            hole |= ((up > sill) & (up < sill + opening.height.value))[:, None] & columns
+    return below, hole
 
 
 def _plate_panels(plate: Slab | Covering, spaces: Sequence[Space], face: int, rooms: Rooms) -> list[_Panel]:
@@ -193,7 +199,7 @@ def _plate_panels(plate: Slab | Covering, spaces: Sequence[Space], face: int, ro
         middles = _centres(origin, u, v, step, shape)
         asked = shapely.contains_xy(part, middles[:, 0], middles[:, 1])
         space = np.full(len(middles), number, np.int16)
-        out.append(_Panel(face, origin, u, v, up, step, shape, True, asked, space))
+        out.append(_Panel(face, origin, u, v, up, step, shape, True, asked, np.zeros_like(asked), space))
     return out
 
 

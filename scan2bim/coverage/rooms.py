@@ -68,8 +68,8 @@ class Rooms:
         return np.clip(place[:, 1], 0, rows - 1), np.clip(place[:, 0], 0, cols - 1)
 
 
-def rooms_of(storey: Storey, yaw: float) -> Rooms | None:
-    """The raster of a storey; None where it has no spaces."""
+def rooms_of(storey: Storey, yaw: float, rim: float = RIM) -> Rooms | None:
+    """The raster of a storey, ``rim`` metres round its spaces and walls; None where it has no spaces."""
     if not storey.spaces:
         return None
     corners = np.array([p for space in storey.spaces for p in space.outline])
@@ -77,8 +77,8 @@ def rooms_of(storey: Storey, yaw: float) -> Rooms | None:
     c, s = math.cos(yaw), math.sin(yaw)
     turn = np.array([[c, -s], [s, c]])
     turned = np.concatenate([corners, ends]) @ turn
-    low = turned.min(0) - RIM
-    shape = tuple(int(n) for n in np.ceil((turned.max(0) + RIM - low) / PIXEL).astype(int)[::-1])
+    low = turned.min(0) - rim
+    shape = tuple(int(n) for n in np.ceil((turned.max(0) + rim - low) / PIXEL).astype(int)[::-1])
     origin = low @ turn.T
     space = np.full(shape, -1, np.int16)
     floor, ceiling = np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)
@@ -105,17 +105,51 @@ def drawn(rings: Sequence[Sequence[tuple[float, float]]], raster: Rooms) -> NDAr
 
 def _cut_openings(wall: Wall, raster: Rooms) -> None:
     """Air from sill to head through the wall; a pixel farther on either side, so that it joins the spaces."""
-    axis, half = wall_arc(wall), wall.thickness.value / 2 + 1.5 * PIXEL
-    direction = (np.array(wall.end) - wall.start) / max(axis.chord, 1e-9)
-    across = np.array([-direction[1], direction[0]])
     for opening in wall.openings:
         if opening.depth is not None:
             continue
-        ends = np.clip([opening.offset.value, opening.offset.value + opening.width.value], 0.0, wall_length(wall))
-        along = np.array([ends[0], ends[1], ends[1], ends[0]])
-        flat = axis.place(along, np.array([-half, -half, half, half]))
-        ring = flat[:, :1] * direction + flat[:, 1:] * across + wall.start
-        mask = drawn([[(float(x), float(y)) for x, y in ring]], raster)
+        mask = drawn(
+            [_stretch(wall, opening.offset.value, opening.offset.value + opening.width.value, 1.5 * PIXEL)], raster
+        )
         sill = wall.base + opening.sill.value
         raster.low[mask] = np.minimum(raster.low[mask], sill)
         raster.high[mask] = np.maximum(raster.high[mask], sill + opening.height.value)
+
+
+def _stretch(wall: Wall, start: float, end: float, more: float) -> list[tuple[float, float]]:
+    """Outline of a wall from ``start`` to ``end`` along its axis, ``more`` metres thicker on either side."""
+    axis, half = wall_arc(wall), wall.thickness.value / 2 + more
+    direction = (np.array(wall.end) - wall.start) / max(axis.chord, 1e-9)
+    low, high = np.clip([start, end], 0.0, wall_length(wall)).tolist()
+    along = np.linspace(low, high, 2 if wall.bulge == 0.0 else 12)
+    flat = np.concatenate(
+        [axis.place(along, np.full(len(along), -half)), axis.place(along[::-1], np.full(len(along), half))]
+    )
+    ring = flat[:, :1] * direction + flat[:, 1:] * np.array([-direction[1], direction[0]]) + wall.start
+    return [(float(x), float(y)) for x, y in ring]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """Between which heights (z) each pixel is body: low, high (r, c) float32; low > high where none is."""
+
+    low: F32
+    high: F32
+
+    def add(self, mask: NDArray[np.bool_], low: float, high: float) -> None:
+        """A body on some pixels; in place."""
+        self.low[mask] = np.minimum(self.low[mask], low)
+        self.high[mask] = np.maximum(self.high[mask], high)
+
+
+def bodies_of(storey: Storey, raster: Rooms) -> tuple[Bodies, Bodies]:
+    """Walls with their openings filled; and what stands in spaces as part of the building: columns, beams, stairs."""
+    shape = raster.space.shape
+    walls, others = (Bodies(np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)) for _ in range(2))
+    for wall in storey.walls:
+        mask = drawn([_stretch(wall, 0.0, wall_length(wall), 0.0)], raster)
+        walls.add(mask, wall.base, wall.base + wall.height.value)
+    for part in (*storey.columns, *storey.beams, *storey.stairs):
+        mask = cv2.dilate(drawn([part.outline], raster).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        others.add(mask, part.base - PIXEL, part.base + part.height.value + PIXEL)
+    return walls, others

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scan2bim.config import ExportSettings
     from scan2bim.model.elements import Building
     from scan2bim.model.points import PointSource
+    from scan2bim.model.voxels import VoxelSource
 
 Export = Callable[["Building", Path, "_Extras"], tuple[str, ...]]
 
@@ -51,6 +52,7 @@ class _Extras:
 
     settings: ExportSettings
     points: PointSource | None
+    voxels: VoxelSource | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,16 +99,18 @@ def write_outputs(
     targets: Sequence[Path],
     settings: ExportSettings | None = None,
     points: PointSource | None = None,
+    voxels: VoxelSource | None = None,
 ) -> tuple[Written, ...]:
     """Write the building to each target: a file with a known suffix, or a folder, which gets all formats.
 
-    points: reads the scans once more, for the exporters that want them. Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
+    points: reads the scans once more, for the exporters that want them; voxels: labels
+    the storeys' voxels, likewise. Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
     disk and then moved there. When an exporter fails the other files are still written and a StageError names the
     failures; when the disk is full a ResourceError comes at once. Raises UsageError as check_targets does.
     """
     from scan2bim.config import ExportSettings
 
-    extras = _Extras(settings or ExportSettings(), points)
+    extras = _Extras(settings or ExportSettings(), points, voxels)
     jobs = _plan_jobs(targets, safe_file_stem(building.name))
     written: list[Written] = []
     failures: list[str] = []
