@@ -20,8 +20,12 @@ BLOCK = 10
 """Length, pixels, of a line's pieces."""
 FLOORS = (0.005, 0.005, 0.005, 0.0012)
 """Least noise of a piece's contrast in red, green, blue (of 1) and depth (metres): below it no wall is even."""
-LEAST = 3
-"""Measured pixels that a strip's piece must have."""
+LEAST, SPARSE = 3, 0.15
+"""Measured pixels that a strip's piece must have, and share of what the face's pieces usually have: fewer lie between
+the slats of furniture, among ranges that are mixed of both.
+"""
+PROUD = 0.04
+"""Metres before the wall's plane up to which a pixel is its own: trims stand out less, mixed ranges and things more."""
 SIGNIFICANT = 3.0
 """Contrast, in noise, above which a piece of a line is a discontinuity."""
 LARGEST = 8.0
@@ -44,17 +48,23 @@ class Contrast:
 
 def upright_contrast(image: Orthoimage) -> Contrast:
     """Across upright lines: b counts upwards, c along the wall."""
-    return _contrast(image.count, image.rgb, image.depth)
+    return _contrast(_own(image), image.rgb, image.depth)
 
 
 def level_contrast(image: Orthoimage) -> Contrast:
     """Across level lines: b counts along the wall, c upwards."""
-    return _contrast(image.count.T, image.rgb.transpose(1, 0, 2), image.depth.T)
+    return _contrast(_own(image).T, image.rgb.transpose(1, 0, 2), image.depth.T)
 
 
-def _contrast(count: NDArray[np.uint16], rgb: F32, depth: F32) -> Contrast:
+def _own(image: Orthoimage) -> NDArray[np.bool_]:
+    """Where the wall was measured, or what is set in it, and nothing that stands before it."""
+    return (image.count > 0) & (image.depth < PROUD)
+
+
+def _contrast(measured: NDArray[np.bool_], rgb: F32, depth: F32) -> Contrast:
     """For lines along the first axis."""
-    step, ridge, known = _steps(_blocks(count, rgb, depth))
+    sums = _blocks(measured, rgb, depth)
+    step, ridge, known = _steps(sums, max(LEAST, SPARSE * STRIP * _usual(sums[:, :, 4])))
     noise = np.array(FLOORS)
     if known.shape[1]:
         noise = np.maximum(noise, 1.4826 * np.median(known, axis=1))  # robust: most lie within one surface
@@ -62,17 +72,23 @@ def _contrast(count: NDArray[np.uint16], rgb: F32, depth: F32) -> Contrast:
     return Contrast(step, ridge, noise)
 
 
+def _usual(counts: F32) -> float:
+    """Measured pixels of a column's piece where any was measured; 0 where none was."""
+    some = counts[counts > 0]
+    return float(np.median(some)) if len(some) else 0.0
+
+
 @nb.njit(cache=True, nogil=True)
-def _blocks(count, rgb, depth):  # pyright: ignore
+def _blocks(measured, rgb, depth):  # pyright: ignore
     """Sums (b, c, 5) of colour, depth and 1 over the measured ones of each BLOCK pixels of the first axis; the last
     piece may be shorter.
     """
-    rows, cols = count.shape
+    rows, cols = measured.shape
     sums = np.zeros((max((rows + BLOCK - 1) // BLOCK, 1), cols, 5), np.float32)
     for r in range(rows):
         b = r // BLOCK
         for c in range(cols):
-            if count[r, c] > 0:
+            if measured[r, c]:
                 sums[b, c, 0] += rgb[r, c, 0]
                 sums[b, c, 1] += rgb[r, c, 1]
                 sums[b, c, 2] += rgb[r, c, 2]
@@ -82,9 +98,9 @@ def _blocks(count, rgb, depth):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
-def _steps(sums):  # pyright: ignore
-    """From the sums of pieces: steps and ridges (b, c, 4), nan where not seen, and the sizes of the known steps (4, n)
-    in any order.
+def _steps(sums, least):  # pyright: ignore
+    """From the sums of pieces: steps and ridges (b, c, 4), nan where a strip has less than ``least`` measured pixels,
+    and the sizes of the known steps (4, n) in any order.
     """
     pieces, places = sums.shape[:2]
     step = np.full((pieces, places, CHANNELS), np.nan, np.float32)
@@ -101,7 +117,7 @@ def _steps(sums):  # pyright: ignore
             before, after = max(c - 1, 0), min(c + 1, places)
             high, higher = min(c + STRIP, places), min(c + 1 + STRIP, places)
             left, right = total[c, 4] - total[low, 4], total[high, 4] - total[c, 4]
-            if left >= LEAST and right >= LEAST:
+            if left >= least and right >= least:
                 for k in range(CHANNELS):
                     change = (total[high, k] - total[c, k]) / right - (total[c, k] - total[low, k]) / left
                     step[b, c, k] = change
@@ -109,7 +125,7 @@ def _steps(sums):  # pyright: ignore
                 used += 1
             here, left = total[after, 4] - total[before, 4], total[before, 4] - total[lower, 4]
             right = total[higher, 4] - total[after, 4]
-            if here >= LEAST and left >= LEAST and right >= LEAST:
+            if here >= LEAST and left >= least and right >= least:
                 for k in range(CHANNELS):
                     sides = (total[higher, k] - total[after, k]) / right + (total[before, k] - total[lower, k]) / left
                     ridge[b, c, k] = (total[after, k] - total[before, k]) / here - sides / 2

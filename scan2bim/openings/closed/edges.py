@@ -14,26 +14,36 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
+from scan2bim.openings.closed.contrast import BLOCK
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.orthoimage import PIXEL
 
 REACH = 0.20
 """Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width and a frame's."""
-FARTHEST = 0.10
-"""Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's."""
+FARTHEST, NEAR = 0.10, 0.03
+"""Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's; and a
+hairline, as which chance shows more often.
+"""
 BEFORE = 0.05
 """Distance before the wall, metres, from which on a point is a thing that stands there, no trim."""
 LEAST_PLACES = 12
 """Places across an edge that must have been seen."""
 TALL_ENOUGH = 20
 """Measured pixels that a column (row) needs to be asked."""
+EVEN = 0.5
+"""Share of the places across an edge, of the most that are seen at any height, that must be seen at a height: what
+furniture hides in part would set one height's light against another's.
+"""
 STANDS_OUT = 0.004
 """Metres by which a trim stands out from the wall at least."""
 TRIM_WIDTH = (0.02, 0.15)
 """Widths of trims, metres."""
-LINING = (0.008, 0.05)
+LINING = (0.015, 0.05)
 """Widths, metres, of the strip of lining that shows between trim and leaf."""
+AGREE = 0.02
+"""Metres to which the edges of both faces agree, if both are the opening's."""
 LAP = 0.025
 """Metres by which a trim laps over a lining that shows behind it: usual linings are 22 to 30 mm thick."""
 FRAME = 0.03
@@ -84,23 +94,30 @@ def refined(faces: Sequence[Face], box: Rectangle) -> tuple[Rectangle, Edge | No
 
 
 def _of_face(face: Face, box: Rectangle) -> list[Edge | None]:
-    """The edges left, right and at the head on one face. A lining that shows on one side is there on all."""
+    """The edges left, right and at the head on one face. A lining that shows on one side is there on all, and where
+    there is a trim, another step is its outer edge or none of the door's.
+    """
     profiles = (_upright(face, box, box.left, -1), _upright(face, box, box.right, 1), _level(face, box))
     edges = [_edge(profile) for profile in profiles]
-    lined = any(e is not None and e.kind == "lined" for e in edges)
-    return [
-        replace(e, place=e.place + LAP, kind="lined") if lined and e is not None and e.kind == "trim" else e
-        for e in edges
-    ]
+    kinds = {e.kind for e in edges if e is not None}
+    if "lined" in kinds:
+        edges = [replace(e, place=e.place + LAP, kind="lined") if e and e.kind == "trim" else e for e in edges]
+    if kinds & {"trim", "lined"}:
+        edges = [e if e and e.kind in ("trim", "lined") else None for e in edges]
+    return edges
 
 
 def _best(found: Sequence[Edge | None]) -> Edge | None:
-    """The edge that is known best; of several of one kind their mean."""
+    """The edge that is known best; of two of one kind their mean, or where they do not agree the one that is nearer to
+    the rectangle's side.
+    """
     edges = [e for e in found if e is not None]
     if not edges:
         return None
     sure = min(e.sigma for e in edges)
-    best = [e for e in edges if e.sigma == sure]
+    best = sorted((e for e in edges if e.sigma == sure), key=lambda e: abs(e.place))
+    if abs(best[-1].place - best[0].place) > AGREE:
+        best = best[:1]
     return Edge(float(np.mean([e.place for e in best])), sure, best[0].kind)
 
 
@@ -135,6 +152,8 @@ def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measu
     """From pixels (k, n, ...) of n columns."""
     values = np.concatenate([rgb, depth[..., None]], 2).astype(np.float64)
     measured = measured & (depth < BEFORE)
+    across = uniform_filter1d(measured.mean(1), BLOCK * 2) if measured.size else np.zeros(len(measured))
+    measured &= (across >= EVEN * across.max(initial=0.0))[:, None]
     values[~measured] = np.nan
     enough = measured.sum(0) >= TALL_ENOUGH
     out, means = np.full((len(t), 4), np.nan), np.full((len(t), 4), np.nan)
@@ -166,28 +185,35 @@ def _trim(profile: _Profile) -> Edge | None:
             continue
         top = float(np.median(depth[first : last + 1]))
         inner = _crossing(t, depth, first - 1, (top + depth[first - 2]) / 2)
-        lined = _lining(profile, depth - wall, first)
+        lined = _lining(profile, depth - wall, first, inner)
         return Edge(inner + LAP, SIGMAS["lined"], "lined") if lined else Edge(inner, SIGMAS["trim"], "trim")
     return None
 
 
-def _lining(profile: _Profile, depth: F64, first: int) -> bool:
-    """Whether a strip of lining shows inside the trim that begins at ``first``, and then a gap or something deeper."""
+def _lining(profile: _Profile, depth: F64, first: int, inner: float) -> bool:
+    """Whether a strip of lining shows inside the trim that begins at ``first``, its inner edge at ``inner``, and then a
+    gap or something deeper.
+    """
     strip = 0
     while first - 2 - strip >= 0 and abs(depth[first - 2 - strip]) < STANDS_OUT:
         strip += 1
-    return bool(LINING[0] <= strip * PIXEL <= LINING[1]) or _hairline(profile, first - 2, first - 5)
+    if LINING[0] <= strip * PIXEL <= LINING[1]:
+        return True
+    gap = _hairline(profile, first - 2, first - 5)
+    return gap is not None and inner - gap > LINING[0]
 
 
-def _hairline(profile: _Profile, start: int, stop: int) -> bool:
-    """Whether one of the places from ``start`` down to ``stop`` is a gap: darker or deeper than both its neighbours."""
+def _hairline(profile: _Profile, start: int, stop: int) -> float | None:
+    """Where the first of the places from ``start`` down to ``stop`` is that is a gap: darker or deeper than both its
+    neighbours.
+    """
     means, least = profile.means, _least(profile)
     for i in range(start, max(stop, 1), -1):
         line = means[i] - np.maximum(means[i - 1], means[i + 1])
         lower = means[i] - np.minimum(means[i - 1], means[i + 1])
         if (line < -least).any() and (lower[:3] < 0).all():
-            return True
-    return False
+            return float(profile.t[i])
+    return None
 
 
 def _least(profile: _Profile) -> F64:
@@ -221,6 +247,6 @@ def _outermost_step(profile: _Profile) -> Edge | None:
             near = range(max(i - 3, 0), min(i + 3, len(t) - 1))
             at = max(near, key=lambda j: abs(values[j + 1, k] - values[j, k]))
             return Edge(_crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2), SIGMAS["step"], "step")
-        if _hairline(profile, i, i - 1):
+        if t[i] < NEAR and _hairline(profile, i, i - 1) is not None:
             return Edge(float(t[i]) + FRAME, SIGMAS["gap"], "gap")
     return None

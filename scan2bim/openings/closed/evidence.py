@@ -41,6 +41,8 @@ TRIM = 0.10
 """Width, metres, of trims and frames."""
 SLACK = (-0.02, -0.01, 0.0, 0.01, 0.02)
 """Metres by which a side may be off its line."""
+LOOSE = tuple(0.02 * k for k in range(-4, 5))
+"""The same on the other face: there a trim's outer edge may show, and here the leaf's."""
 SHADOW = 0.15
 """Distance outwards from a rectangle, metres, at which the wall shows again: a trim hides a strip of it."""
 SAME_DEPTH = 0.008
@@ -71,7 +73,8 @@ class FaceEvidence:
     foot: share of discontinuities in the lowest 40 cm of its sides. handle: height over the base, metres, None where
     none was seen, and handle_side of the leaf. through: share that stations looked through. dominant: share of its most
     frequent depth. whole: share of its columns that have one depth and colour. lintel, flank: share of wall, seen in
-    its plane, above the head and beside.
+    its plane, above the head and beside. onward: share of the head's line that goes on beyond one of the sides. loose:
+    whether the outline may lie at another place than on the other face.
     """
 
     left: float
@@ -92,6 +95,8 @@ class FaceEvidence:
     whole: float
     lintel: float
     flank: float
+    onward: float
+    loose: bool
 
     @property
     def outline(self) -> float:
@@ -99,13 +104,18 @@ class FaceEvidence:
         return (self.left + self.right + self.head) / 3
 
     @property
+    def support(self) -> float:
+        """How clear the outline is, by which faces are ranked."""
+        return self.outline + 0.5 * self.weakest
+
+    @property
     def weakest(self) -> float:
         """Share of the weakest of sides and head."""
         return min(self.left, self.right, self.head)
 
 
-def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
-    """What one face says of a rectangle."""
+def face_evidence(face: Face, box: Rectangle, slack: Sequence[float]) -> FaceEvidence:
+    """What one face says of a rectangle whose sides may be off by ``slack``."""
     image = face.image
     depth, known, size = image.depth, image.known, image.depth.shape
     inner = window(size, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
@@ -114,7 +124,7 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     inside = known_values(depth, known, inner, 2)
     flanks = known_values(depth, known, left_flank, 2), known_values(depth, known, right_flank, 2)
     leaf, wall = float(level(inside)), float(wall_level(*flanks, SKIN, STEP))
-    outline = _outline(face, box)
+    outline = _outline(face, box, slack)
     height, at = _handle(face, box, leaf)
     return FaceEvidence(
         *outline,
@@ -131,6 +141,8 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
         _whole(face, box, leaf),
         _lintel(face, box, wall),
         float(share_near(np.concatenate(flanks), wall, SKIN)),
+        _onward(face, box),
+        slack is LOOSE,
     )
 
 
@@ -150,15 +162,15 @@ def _supported(support: Support, places: Sequence[float], first: int, last: int)
     return support.at(places, PIXEL, first, last)
 
 
-def _outline(face: Face, box: Rectangle) -> tuple[float, float, float, float, float]:
-    """Share of discontinuities on left side, right side and head, each off by a few pixels at most; of those that agree
+def _outline(face: Face, box: Rectangle, slack: Sequence[float]) -> tuple[float, float, float, float, float]:
+    """Share of discontinuities on left side, right side and head, each off by ``slack`` at most; of those that agree
     on all three; and share of the three that was seen.
     """
     top = _piece(box.top - 0.04)
-    sides = np.array([place + d for place in (box.left, box.right) for d in SLACK])
+    sides = np.array([place + d for place in (box.left, box.right) for d in slack])
     upright, shown = _shares(face.sides, sides, _piece(FOOT), top)
     left, right = upright.reshape(2, 8, 2, -1).max(3).transpose(2, 0, 1)
-    heads = np.array([box.top + d for d in SLACK])
+    heads = np.array([box.top + d for d in slack])
     level, above = _shares(face.heads, heads, _piece(box.left + 0.05), _piece(box.right - 0.05))
     head = level.max(2)
     agree = np.concatenate(
@@ -183,6 +195,15 @@ def _beyond(face: Face, box: Rectangle) -> float:
     if last - first < 2:
         return 0.0
     return float(_supported(face.sides, (box.left, box.right), first, last).max())
+
+
+def _onward(face: Face, box: Rectangle) -> float:
+    """Share of discontinuities on the head's line from 10 to 50 cm beyond a side, of the greater."""
+    heads = [box.top + d for d in SLACK]
+    low, high = box.left / PIXEL / BLOCK, box.right / PIXEL / BLOCK
+    beyond = ((max(round(low - 5), 0), round(low - 1)), (round(high + 1), min(round(high + 5), face.heads.pieces)))
+    shares = [float(face.heads.at(heads, PIXEL, *ends).max()) for ends in beyond if ends[1] - ends[0] >= 2]
+    return max(shares, default=0.0)
 
 
 def _foot(face: Face, box: Rectangle) -> float:
@@ -236,5 +257,9 @@ def _handle(face: Face, box: Rectangle, leaf: float) -> tuple[float | None, str 
 
 
 def evidence_of(faces: Sequence[Face], box: Rectangle) -> list[FaceEvidence]:
-    """What each face says."""
-    return [face_evidence(face, box) for face in faces]
+    """What each face says; of two the one that shows the outline less need not show it at the same place."""
+    found = [face_evidence(face, box, SLACK) for face in faces]
+    if len(faces) == 2:
+        k = int(found[0].support > found[1].support)
+        found[k] = face_evidence(faces[k], box, LOOSE)
+    return found

@@ -17,6 +17,7 @@ from scan2bim.openings.closed.lines import Support, find_lines, support_of
 from scan2bim.openings.closed.profiles import Profiles
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
+F32 = NDArray[np.float32]
 NARROWEST, WIDEST = 0.55, 2.6
 """Widths of doors with their trims, metres (trade: single 0.5 to 1.5, double to 2.5)."""
 LOWEST, HIGHEST = 1.75, 2.75
@@ -39,8 +40,14 @@ MOST_DISTINCT = 30, 5
 """Different rectangles of a wall that are looked at closely, and for each metre of a long wall."""
 MOST_RECTANGLES = 300, 100
 """Rectangles of a wall that are told apart, the best supported, and for each metre of a long wall."""
-HALF_SEEN = 0.45
+SOME_SEEN = 0.25
 """Share of one of the sides that must be seen."""
+UPPER = 6
+"""Pieces below a head, on which alone a side is told as well: furniture hides what is below."""
+LEAST_UPPER = 0.65
+"""Share of those pieces that must be discontinuities: few are easily so by chance."""
+LEGS = ((FOOT, LEG, LEAST_SIDE), (1.3, LEG, LEAST_UPPER), (1.7, 2.0, LEAST_UPPER), (1.9, 2.2, LEAST_UPPER))
+"""Heights, metres, between which upright lines are looked for, the whole and above furniture; and the least share."""
 UNSURE = 2.0
 """Pieces that are added to those seen of a side, so that a few that were seen count less than many."""
 
@@ -94,19 +101,31 @@ def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
     if not len(left):
         return []
     left, right, top, head = _with_heads(faces, left, right)
-    score = np.zeros(len(left), np.float32)
-    for face in faces:
-        first, last = np.full(len(left), round(FOOT / PIXEL / BLOCK)), (top - 5) // BLOCK
-        sides = [face.sides.share(place, first, last) for place in (left, right)]
-        seen = np.maximum(sides[0][1], sides[1][1])
-        least = np.minimum(sides[0][0], sides[1][0])
-        sure = sum(share * known / (known + UNSURE / (last - first)) for share, known in sides)
-        score = np.maximum(score, np.where((least >= LEAST_SIDE) & (seen > HALF_SEEN), sure, 0))
+    score = np.max([_sides(face, left, right, top) for face in faces], axis=0)
     score = np.where(score > 0, score + head, 0)
     order = np.argsort(-score, kind="stable")[: _most(MOST_RECTANGLES, faces)]
     return [
         Rectangle(float(left[i]) * PIXEL, float(right[i]) * PIXEL, float(top[i]) * PIXEL) for i in order if score[i] > 0
     ]
+
+
+def _sides(face: Face, left: NDArray[np.int64], right: NDArray[np.int64], top: NDArray[np.int64]) -> F32:
+    """How well a face supports pairs of sides up to their heads, 0 where it does not: shares of the pieces that it
+    shows, less sure where it shows few.
+    """
+    last = (top - 5) // BLOCK
+    first = np.full(len(left), round(FOOT / PIXEL / BLOCK))
+    support: list[F32] = []
+    seen: list[F32] = []
+    for place in (left, right):
+        whole, known = face.sides.share(place, first, last)
+        upper, near = face.sides.share(place, last - UPPER, last)
+        whole = np.where(whole >= LEAST_SIDE, whole, 0) * known / (known + UNSURE / (last - first))
+        upper = np.where(upper >= LEAST_UPPER, upper, 0) * near / (near + UNSURE / UPPER) * UPPER / (last - first)
+        support.append(np.maximum(whole, upper))
+        seen.append(known)
+    told = (np.minimum(*support) > 0) & (np.maximum(*seen) > SOME_SEEN)
+    return np.where(told, support[0] + support[1], 0).astype(np.float32)
 
 
 def _most(limits: tuple[int, int], faces: Sequence[Face]) -> int:
@@ -119,18 +138,20 @@ def _upright_lines(faces: Sequence[Face]) -> NDArray[np.int64]:
     if not faces:
         return np.zeros(0, np.int64)
     found: list[NDArray[np.int64]] = []
-    first, last = round(FOOT / PIXEL / BLOCK), round(LEG / PIXEL / BLOCK)
+    legs = [(round(low / PIXEL / BLOCK), round(high / PIXEL / BLOCK), least) for low, high, least in LEGS]
     for face in faces:
-        if face.sides.pieces >= last:
-            found.append(find_lines(face.sides, face.upright, first, last, LEAST_SIDE, APART))
+        for first, last, least in legs:
+            if face.sides.pieces >= last:
+                found.append(find_lines(face.sides, face.upright, first, last, least, APART))
     places = np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
     most = _most(MOST_LINES, faces)
     if len(places) <= most:
         return places
     best = np.zeros(len(places), np.float32)
     for face in faces:
-        share, seen = face.sides.share(places, np.full(len(places), first), np.full(len(places), last))
-        best = np.maximum(best, share * seen / (seen + UNSURE / (last - first)))
+        for first, last, _ in legs:
+            share, seen = face.sides.share(places, np.full(len(places), first), np.full(len(places), last))
+            best = np.maximum(best, share * seen / (seen + UNSURE / (last - first)))
     return np.sort(places[np.argsort(-best, kind="stable")[:most]])
 
 

@@ -21,36 +21,37 @@ UNSEEN = 0.1
 """Share of the other face that is seen, up to which it tells nothing."""
 SUREST = 0.99
 """Probability beyond which nothing is told: the weights are fitted on little more than a hundred doors."""
-BIAS = -16.35
+BIAS = -16.94
 WEIGHTS = np.array(
     [
-        -0.11,
-        0.51,
-        1.52,
-        1.03,
-        -0.11,
-        -0.29,
-        -1.1,
-        -3.6,
-        6.02,
-        0.81,
-        -0.16,
+        1.3,
+        -0.57,
+        1.14,
+        -0.84,
+        1.02,
+        -1.98,
+        -1.9,
+        -2.74,
+        5.38,
+        0.05,
+        1.14,
         0.64,
-        2.22,
-        -2.02,
-        0.24,
-        0.64,
-        -4.19,
-        5.03,
-        0.17,
-        -0.74,
-        3.07,
-        0.03,
-        0.89,
-        4.63,
-        1.07,
-        0.78,
-        -2.85,
+        2.21,
+        -2.48,
+        -0.93,
+        0.86,
+        -2.58,
+        4.69,
+        3.55,
+        0.98,
+        0.98,
+        -1.0,
+        1.76,
+        4.64,
+        2.32,
+        0.76,
+        -1.96,
+        -1.08,
     ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
@@ -70,7 +71,8 @@ class Features:
     dominant: share of the most frequent depth. whole: share of columns of one depth and colour. lintel, flank: wall
     above the head and beside. oversize: decimetres beyond usual widths and heights (against). double: 1 beyond the
     width of a single leaf. solid: the least of agree, whole, flank, dominant and lintel. lone: 1 where the other
-    face was not seen; lone_agree, lone_recess: agree and recess there.
+    face was not seen; lone_agree, lone_recess: agree and recess there. onward: share of
+    the head's line that goes on beyond a side (against).
     """
 
     outline: float
@@ -100,6 +102,7 @@ class Features:
     lone: float
     lone_agree: float
     lone_recess: float
+    onward: float
 
     def vector(self) -> NDArray[np.float64]:
         """In the order of the fields."""
@@ -108,7 +111,7 @@ class Features:
 
 def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
     """The features of a rectangle; ``evidence`` of one or both faces."""
-    ranked = sorted(evidence, key=lambda e: -(e.outline + 0.5 * e.weakest))
+    ranked = sorted(evidence, key=lambda e: (e.loose, -e.support))
     best, other = ranked[0], ranked[1] if len(ranked) > 1 else None
     recess = [e.recess for e in ranked if np.isfinite(e.recess) and e.outline > 0.4]
     behind = max((max(0.0, r) for r in recess), default=0.0)
@@ -141,6 +144,7 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
         lone,
         lone * best.agree,
         lone * min(behind, FLUSH) / FLUSH,
+        best.onward,
     )
 
 
