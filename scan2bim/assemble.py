@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from scan2bim.assemble_members import columns_of, linear, seen_by
+from scan2bim.assemble_members import beams_of, columns_of, linear, seen_by
 from scan2bim.assemble_plates import covering_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
@@ -99,6 +99,7 @@ def _storey(
             covering_of(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
         ),
         columns=columns_of(number, structure, sources),
+        beams=beams_of(number, structure),
         stairs=stairs_of(number, structure),
     )
 

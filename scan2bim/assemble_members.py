@@ -1,4 +1,4 @@
-"""Columns of the model stage, and what all measured elements say of their scans and colour."""
+"""Columns and beams of the model stage, and what all measured elements say of their scans and colour."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from shapely.geometry import Polygon
 
-from scan2bim.model.elements import Colour, Column, Dimension, Evidence, ScanSource
+from scan2bim.model.elements import Beam, Colour, Column, Dimension, Evidence, ScanSource
 from scan2bim.model.ids import distinct, stable_id
-from scan2bim.structure.shapes import ColumnShape, StructureShape
+from scan2bim.structure.shapes import BeamShape, ColumnShape, StructureShape
 
 
 def columns_of(number: int, structure: StructureShape, sources: dict[int, ScanSource]) -> tuple[Column, ...]:
@@ -44,6 +44,30 @@ def _column(identifier: str, shape: ColumnShape, name: str, sources: dict[int, S
             sigma=0.005 if shape.top_seen else None,
         ),
         section=shape.section,
+    )
+
+
+def beams_of(number: int, structure: StructureShape) -> tuple[Beam, ...]:
+    """The downstand beams of a storey."""
+    shapes = structure.storeys[number].beams
+    ids = distinct(stable_id("beam", number, *Polygon(s.outline).centroid.coords[0]) for s in shapes)
+    return tuple(_beam(i, s, f"Beam {number}.{k + 1:02d}") for k, (i, s) in enumerate(zip(ids, shapes, strict=True)))
+
+
+def _beam(identifier: str, shape: BeamShape, name: str) -> Beam:
+    drop = shape.top - shape.base
+    return Beam(
+        id=identifier,
+        name=name,
+        confidence=round(min(0.95, 0.5 + 0.45 * shape.coverage), 3),
+        evidence=Evidence(
+            coverage=shape.coverage,
+            sentence=f"hangs {drop:.2f} m below the ceiling over {shape.size[0]:.2f} m, {shape.size[1]:.2f} m wide; "
+            f"underside seen on {shape.coverage:.0%}",
+        ),
+        outline=shape.outline,
+        base=shape.base,
+        height=Dimension(value=round(drop, 4), source="measured", sigma=0.005),
     )
 
 

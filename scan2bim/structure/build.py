@@ -16,6 +16,7 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.axes import Axis, AxisJoin
+from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
@@ -26,6 +27,7 @@ from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.shapes import (
+    BeamShape,
     ColumnShape,
     JoinShape,
     SpaceShape,
@@ -85,15 +87,16 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         above = levels[number + 1].floor if number + 1 < len(levels) else None
         stairs = find_stairs(plan, above, scene.surfels, slab, main)
         pillars = find_pillars(plan, main, [s.outline for s in (*below, *stairs)])
-        columns = tuple(column_of(p, plan) for p in pillars)
-        if pillars:
-            plan = without_pillars(plan, pillars)
+        beams = find_beams(plan, main, pillars)
+        members = tuple(column_of(p, plan) for p in pillars), tuple(beam_of(b, plan) for b in beams)
+        if pillars or beams:
+            plan = without_pillars(without_beams(plan, beams), pillars)
             walls = find_faces(plan)
         found = [as_glass(f, plan, near) for f in walls]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(below, plan)
-        rooms.append(replace(_rooms(plan, found, panes, near, wells, stairs), columns=columns))
+        rooms.append(_rooms(plan, found, panes, near, wells, stairs, *members))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -128,7 +131,8 @@ class Rooms:
     panes: list[LineString]
     evidence: FaceEvidence
     stairs: tuple[StairShape, ...]
-    columns: tuple[ColumnShape, ...] = ()
+    columns: tuple[ColumnShape, ...]
+    beams: tuple[BeamShape, ...]
 
 
 def _rooms(
@@ -138,6 +142,8 @@ def _rooms(
     panoramas: Sequence[Panorama],
     wells: Sequence[Polygon],
     stairs: Sequence[FoundStair],
+    columns: tuple[ColumnShape, ...],
+    beams: tuple[BeamShape, ...],
 ) -> Rooms:
     found, lintels = find_spaces(plan, [*walls, *panes], panoramas)
     cuts: list[LineString] = []
@@ -158,6 +164,8 @@ def _rooms(
         [LineString(f.ends()) for f in [*walls, *panes] if f.glass],
         FaceEvidence(plan.columns, [LineString(f.ends()) for f in lintels]),
         tuple(_stair(s) for s in stairs),
+        columns,
+        beams,
     )
 
 
@@ -178,7 +186,7 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     clear = tuple(_clear(space, axes) for space in rooms.spaces)
     level = rooms.levels
     heights = level.floor, level.sigma, level.ceiling, level.top
-    return StoreyShape(*heights, clear, walls, rooms.stairs, rooms.columns)
+    return StoreyShape(*heights, clear, walls, rooms.stairs, rooms.columns, rooms.beams)
 
 
 def _clear(space: SpaceShape, axes: Sequence[Axis]) -> SpaceShape:

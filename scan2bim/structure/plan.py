@@ -43,7 +43,8 @@ class Plan:
     """Rasters (rows along y, columns along x) of a storey, on ``grid``.
 
     ``floor`` and ``ceiling`` uint8 masks; ``ceiling_z`` float32 height of the ceiling over a pixel, nan where none;
-    ``ceiling_xy`` (rows, columns, 2) float32 mean place of what hangs over a pixel, nan where nothing;
+    ``ceiling_xy`` (rows, columns, 2) float32 mean place of what hangs over a pixel, nan where nothing; ``overhead_z``
+    float32 height of the lowest that hangs over a pixel, narrow strips and all;
     ``soffit`` uint8 mask of narrow strips at its rim that hang lower: lintels, alcoves;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
     surfaces.
@@ -55,6 +56,7 @@ class Plan:
     ceiling: U8
     ceiling_z: F32
     ceiling_xy: F32
+    overhead_z: F32
     soffit: U8
     void: U8
     columns: Columns
@@ -80,7 +82,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     hollow &= z > levels.floor + LOWEST_CEILING
     overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
     floor = _mask(pixel[on_floor], shape)
-    ceiling, ceiling_z, soffit, ceiling_xy = _ceiling(pixel[overhead], np.column_stack([xy, z])[overhead], shape)
+    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], np.column_stack([xy, z])[overhead], shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
     deep = (
@@ -92,7 +94,8 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     )
     columns = gather_columns(surfels, layers, grid, stations)
     void = _void(floor, _mask(pixel[deep], shape))
-    return Plan(levels, grid, floor, ceiling, ceiling_z, ceiling_xy, soffit, void, _facing(columns, floor, ceiling_z))
+    columns = _facing(columns, floor, ceiling_z)
+    return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)
 
 
 def _soffits(height: F32) -> NDArray[np.bool_]:
@@ -189,7 +192,7 @@ def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
 
 def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tuple[U8, F32, U8, F32]:
     """Mask of ceiling patches large enough to be one, holes closed, the lowest ceiling height over each pixel, the mask
-    of strips at its rim that hang lower, and where in the pixel the ceiling was seen.
+    of strips at its rim that hang lower, and the mean place (rows, columns, 3) of the lowest that hangs over a pixel.
     """
     found = np.full((*shape, 3), np.nan, np.float32)
     order = np.argsort(-xyz[:, 2], kind="stable")
@@ -204,7 +207,7 @@ def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tupl
         height[_soffits(height)] = np.nan
     mask = opened(closed(np.isfinite(height).astype(np.uint8), 5), SMALLEST_CEILING)
     height[mask == 0] = np.nan
-    return mask, height, rim, found[..., :2]
+    return mask, height, rim, found
 
 
 def _roof_near(ceiling_z: F32) -> F32:

@@ -107,9 +107,22 @@ class ColumnShape:
 
 
 @dataclass(frozen=True, slots=True)
+class BeamShape:
+    """A downstand beam: outline in plan, underside at ``base``, up to ``top``, ``size`` along and across it (metres);
+    ``coverage`` the share of its underside that was seen.
+    """
+
+    outline: Ring
+    base: float
+    top: float
+    size: Point
+    coverage: float
+
+
+@dataclass(frozen=True, slots=True)
 class StoreyShape:
-    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls and columns, the stairs that start in
-    it.
+    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls, columns and beams, the stairs that
+    start in it.
     """
 
     floor: float
@@ -120,6 +133,7 @@ class StoreyShape:
     walls: tuple[WallShape, ...]
     stairs: tuple[StairShape, ...] = ()
     columns: tuple[ColumnShape, ...] = ()
+    beams: tuple[BeamShape, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

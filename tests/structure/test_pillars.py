@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from members import HEIGHT, YAW, post, room_of, round_post
 from modelled import Modelled, modelled, overlap, true_spaces
 from shapely.geometry import Point, Polygon
 from synthetic import scanned
@@ -13,48 +14,9 @@ from synthetic import scanned
 from scan2bim.geometry.sections import fit_circle, fit_rectangle
 from scan2bim.simulate import furniture
 from scan2bim.simulate.scanner import ScannerSpec
-from scan2bim.simulate.scene import (
-    Box,
-    DoorSpec,
-    Placement,
-    Point2,
-    Room,
-    Scene,
-    Station,
-    StoreySpec,
-    WallSpec,
-)
+from scan2bim.simulate.scene import Box, DoorSpec, Point2, WallSpec
 
 SPEC = ScannerSpec(step=math.radians(0.5))
-YAW = 0.3
-HEIGHT = 2.8
-
-
-def post(name: str, centre: Point2, size: tuple[float, float], yaw: float = 0.0) -> Box:
-    return Box(name, centre, (*size, HEIGHT), yaw=yaw, colour=(200, 200, 196))
-
-
-def round_post(name: str, centre: Point2, diameter: float) -> list[Box]:
-    """A prism of 24 sides, made of the 12 boxes that each reach from one side to the opposite one."""
-    side = diameter * math.tan(math.pi / 24)
-    return [post(name, centre, (diameter, side), k * math.pi / 12) for k in range(12)]
-
-
-def ring(points: list[Point2]) -> tuple[WallSpec, ...]:
-    return tuple(
-        WallSpec(f"wall {i}", a, b, 0.3, True)
-        for i, (a, b) in enumerate(zip(points, points[1:] + points[:1], strict=True))
-    )
-
-
-def room_of(name: str, points: list[Point2], boxes: list[Box], stations: list[Point2], *inner: WallSpec) -> Scene:
-    storey = StoreySpec(
-        "ground floor", (*ring(points), *inner), (Room("hall", (1.0, 1.0)),), height=HEIGHT, boxes=tuple(boxes)
-    )
-    eyes = tuple(Station(f"station {i}", (*p, 1.55), 0.7 * i) for i, p in enumerate(stations))
-    return Scene(name, (storey,), eyes, Placement(YAW, (2.0, -1.0, 0.0)))
-
-
 SQUARE, OBLIQUE, ROUND, BESIDE = (2.6, 3.2), (5.0, 4.9), (7.6, 3.0), (5.2, 1.7)
 HALL = room_of(
     "columns",
