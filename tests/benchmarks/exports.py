@@ -1,102 +1,49 @@
-"""Export models in every version of IFC, judge the files, and write the section "exports" of docs/results.md.
+"""Export models in every version of IFC and form of USD, judge the files, and write the section "exports" of
+docs/results.md.
 
-    ./run exports MODEL.json [MODEL.json ...] [--large 1000 --large 10000] [--no-docs]
+    ./run exports MODEL.json | SCENES_DIR ... [--large 1000 --large 10000] [--no-docs]
+                  [--rules DIR --python PYTHON] [--modules DIR] [--assets CMD] [--simready CMD]
 
-MODEL.json: models as ``scan2bim convert -o model.json`` writes them. Each column is a function of a model and its
-written file, so that other formats add theirs to ``COLUMNS``. --large: walls of a made-up building, with half as many
-openings, to time the export alone.
+MODEL.json: models as ``scan2bim convert -o model.json`` writes them. SCENES_DIR: a folder of scenes, each with its
+scans in ``e57``, which are converted first. The other options name judges that are not installed with the tests
+(``export_files.Judges``); columns of those that are not named stay empty. --large: walls of a made-up building, with
+half as many openings, to time the export alone.
 """
 
 from __future__ import annotations
 
 import argparse
+import shutil
+import subprocess
 import sys
 import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from document import table, write_section
+from document import ROOT, table, write_section
+from export_files import Exported, Judges, write_all
+from export_judges import IFC_COLUMNS, USD_COLUMNS, clean, path_of
 
-from scan2bim.check.run import check_file
-from scan2bim.config import ExportSettings
 from scan2bim.exporters.ifc import export
 from scan2bim.model.elements import Building, Dimension, Opening, Storey, Wall
 from scan2bim.model.io import load_building
 
-VERSIONS = ("IFC4", "IFC4X3_ADD2", "IFC2X3")
+OUT = ROOT / "out" / "exports"
 INTRODUCTION = """\
 ## Exports
 
-`./run exports`. Errors: of `ifcopenshell.validate --rules`, schema and rules. Kernels: greatest difference of a wall's
-net volume between OpenCASCADE, CGAL and the stated quantity. Check: findings of `scan2bim check` (walls that overlap
-and spaces in walls are faults of the model, which the file shows as they are). Rerun: byte-identical."""
-
-Column = Callable[[Building, Path], str]
-
-
-def errors_of(version: str) -> Column:
-    """A column: how many errors the validator finds in a version."""
-
-    def column(building: Building, folder: Path) -> str:
-        import ifcopenshell
-        import ifcopenshell.validate
-
-        path = folder / f"{version}.ifc"
-        export(building, path, ExportSettings(ifc_version=version))
-        log = ifcopenshell.validate.json_logger()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ResourceWarning)
-            ifcopenshell.validate.validate(ifcopenshell.open(str(path)), log, express_rules=True)
-        return str(len(log.statements))
-
-    return column
-
-
-def kernels(building: Building, folder: Path) -> str:
-    """Greatest difference of net volumes, per cent."""
-    import ifcopenshell
-    import ifcopenshell.geom
-    import ifcopenshell.util.element as util
-    import ifcopenshell.util.shape
-
-    path = folder / "kernels.ifc"
-    export(building, path)
-    file = ifcopenshell.open(str(path))
-    settings = ifcopenshell.geom.settings()
-    worst = 0.0
-    for wall in file.by_type("IfcWall"):
-        volumes = [util.get_pset(wall, "Qto_WallBaseQuantities", "NetVolume")]
-        for kernel in ("opencascade", "cgal"):
-            shape = ifcopenshell.geom.create_shape(settings, wall, geometry_library=kernel)
-            volumes.append(ifcopenshell.util.shape.get_volume(shape.geometry))
-        worst = max(worst, (max(volumes) - min(volumes)) / max(*volumes, 1e-09))
-    return f"{100 * worst:.3f} %"
-
-
-def check(building: Building, folder: Path) -> str:
-    """Findings of our own checker."""
-    path = folder / "check.ifc"
-    export(building, path)
-    found = check_file(path).findings
-    kinds = sorted({f.check for f in found})
-    return f"{len(found)}" + (f" ({', '.join(kinds)})" if kinds else "")
-
-
-def rerun(building: Building, folder: Path) -> str:
-    """Whether two runs write the same bytes."""
-    export(building, folder / "a.ifc")
-    export(building, folder / "b.ifc")
-    return "yes" if (folder / "a.ifc").read_bytes() == (folder / "b.ifc").read_bytes() else "NO"
-
-
-COLUMNS: dict[str, Column] = {
-    **{f"{version} errors": errors_of(version) for version in VERSIONS},
-    "kernels": kernels,
-    "check": check,
-    "rerun": rerun,
-}
+`./run exports`. Errors: of `ifcopenshell.validate --rules`, schema and rules. IDS: specifications of
+`schemas/delivery.ids` that are not met. Rules: errors and warnings of buildingSMART's validation rules; "cannot run"
+names a rule at which their program ends by itself (see [formats.md](formats.md)). Kernels: greatest difference of a
+wall's net volume between OpenCASCADE, CGAL and the stated quantity; web-ifc: between that engine and the stated one.
+Check: findings of `scan2bim check` in all three versions."""
+USD_INTRODUCTION = """\
+USD validators: issues of all that come with USD, over usda, usdc and usdz and the four states of the doors. Asset
+validator: of omniverse-asset-validator. SimReady: doors' assets without a missed feature of the profile
+Robotics-Prop. Doors open: leaves on hinges that a push of 5 N m opens to their limit, in MuJoCo; ways: those from room
+to room that a body of 0.4 m drives along through the open door. Rerun alike: files that a second run writes
+byte by byte: IFC, USD, maps, JSON."""
 
 
 def large_building(count: int) -> Building:
@@ -132,30 +79,68 @@ def seconds(count: int) -> float:
         return time.process_time() - before
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Do it all; 1 where a file has errors."""
+def models_of(paths: list[Path]) -> Iterator[Path]:
+    """The models that were named, and those of the scenes of a folder."""
+    for path in paths:
+        if path.is_file():
+            yield path
+        for scene in sorted(path.glob("*/e57")) if path.is_dir() else ():
+            model = OUT / f"{scene.parent.name}.json"
+            model.parent.mkdir(parents=True, exist_ok=True)
+            command = [sys.executable, "-m", "scan2bim.cli", "convert", scene, "-o", model, "--quiet"]
+            work = OUT / f"{scene.parent.name}.work"
+            subprocess.run([*command, "--work", work, "--name", scene.parent.name], check=True, stdout=sys.stderr)
+            yield model
+
+
+def judged(model: Path, judges: Judges) -> dict[str, str]:
+    """Every column of a model."""
+    folder = OUT / model.stem
+    shutil.rmtree(folder, ignore_errors=True)
+    building = load_building(model)
+    write_all(building, folder)
+    files = Exported(building, folder, judges)
+    cells: dict[str, str] = {}
+    for name, column in (IFC_COLUMNS | USD_COLUMNS).items():
+        cells[name] = column(files)
+        print(model.stem, name, cells[name], file=sys.stderr, flush=True)
+    return cells
+
+
+def options_of(arguments: list[str] | None) -> argparse.Namespace:
+    """What the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("models", nargs="*", type=Path, metavar="MODEL.json")
+    parser.add_argument("models", nargs="*", type=path_of, metavar="MODEL.json | SCENES_DIR")
     parser.add_argument("--large", type=int, action="append", default=[], help="walls of a made-up building to time")
     parser.add_argument("--no-docs", action="store_true", help="print only")
-    options = parser.parse_args(arguments)
-    rows: list[list[str]] = []
-    for model in options.models:
-        building = load_building(model)
-        with TemporaryDirectory() as folder:
-            rows.append([model.stem, *(column(building, Path(folder)) for column in COLUMNS.values())])
-        print(rows[-1], file=sys.stderr, flush=True)
+    for name, words in (
+        ("rules", "folder of buildingSMART's ifc-gherkin-rules"),
+        ("python", "Python of an environment with what the rules need"),
+        ("modules", "node_modules with web-ifc"),
+        ("assets", "the command omni_asset_validate"),
+        ("simready", "the command simready-validate"),
+    ):
+        parser.add_argument(f"--{name}", type=path_of, help=words)
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Do it all; 1 where a file has errors."""
+    options = options_of(arguments)
+    judges = Judges(options.rules, options.python, options.modules, options.assets, options.simready)
+    cells = {model.stem: judged(model, judges) for model in models_of(options.models)}
     parts = [INTRODUCTION]
-    if rows:
-        parts.append(table(["model", *COLUMNS], rows))
+    for columns, words in ((IFC_COLUMNS, ""), (USD_COLUMNS, USD_INTRODUCTION)):
+        rows = [[name, *(found[column] for column in columns)] for name, found in cells.items()]
+        parts += [words, table(["model", *columns], rows)] if rows else []
     if options.large:
         timed = [[str(n), str(n // 2), f"{seconds(n):.1f}"] for n in options.large]
-        parts.append(table(["walls", "openings", "CPU s"], timed))
-    text = "\n\n".join(parts)
+        parts += ["The export of rows of walls to IFC4 alone:", table(["walls", "openings", "CPU s"], timed)]
+    text = "\n\n".join(part for part in parts if part)
     if not options.no_docs:
         write_section("exports", text)
     print(text)
-    return int(any(cell != "0" for row in rows for cell in row[1 : 1 + len(VERSIONS)]))
+    return int(not all(clean(found) for found in cells.values()))
 
 
 if __name__ == "__main__":
