@@ -145,11 +145,13 @@ class Simulation:
         Gives how far each came, degrees, positive for opening.
         """
         signs = {self.model.joint(h.name).dofadr[0]: h.sign for h in self.hinges}
+        still = 0  # steps: a leaf that bounces off its limit is still for one only
         for _ in range(round(seconds / STEP)):
             for dof, sign in signs.items():
                 self.data.qfrc_applied[dof] = sign * torque
             mujoco.mj_step(self.model, self.data)
-            if self.data.time > 1.0 and np.abs(self.data.qvel).max(initial=0.0) < 1e-3:
+            still = still + 1 if np.abs(self.data.qvel).max(initial=0.0) < 1e-3 else 0
+            if still * STEP > 0.5:
                 break
         return {h.name: math.degrees(self.data.qpos[h.joint]) * h.sign for h in self.hinges}
 
