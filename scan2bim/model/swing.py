@@ -38,13 +38,21 @@ class Obstacles:
 
         A leaf that already stands in an obstacle when closed has the usual limit: then the model is not exact enough.
         """
-        limit = OPEN_LIMIT
+        limit = own = min(OPEN_LIMIT, _jamb_limit(wall, opening, leaf))
         for angle in np.arange(0.0, OPEN_LIMIT + _STEP / 2, _STEP).tolist():
             shape = shapely.Polygon(leaf_outline(wall, opening, leaf, leaf.turn * angle))
             if len(self._tree.query(shape, predicate="intersects")):
-                limit = OPEN_LIMIT if angle == 0.0 else angle - _STEP
+                limit = own if angle == 0.0 else min(own, angle - _STEP)
                 break
         return max(limit, abs(leaf.angle))
+
+
+def _jamb_limit(wall: Wall, opening: Opening, leaf: Leaf) -> float:
+    """The angle, radians, at which a leaf that hangs behind the wall's face meets the edge of its own opening."""
+    side = leaf.turn * math.copysign(1.0, leaf.reach)
+    behind = wall.thickness.value / 2 - side * leaf.hinge[1]
+    beside = min(leaf.hinge[0], opening.width.value - leaf.hinge[0])
+    return math.pi / 2 + math.atan2(max(beside, 0.0), behind) if behind > 0.0 else math.pi
 
 
 def leaf_outline(wall: Wall, opening: Opening, leaf: Leaf, angle: float) -> list[tuple[float, float]]:
