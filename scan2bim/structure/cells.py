@@ -14,12 +14,11 @@ import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 from shapely.geometry import Polygon
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.graphs import connected_parts, source_side
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.faces import Face, main_direction, without_recesses
 from scan2bim.structure.free_space import looked_through
@@ -340,34 +339,15 @@ def _seen_along(face: Face, plan: Plan) -> tuple[F64, float]:
 
 def label_cells(cells: Cells) -> NDArray[np.bool_]:
     """Which cells are space (c,): the minimum of evidence against plus cost of borders, by one graph cut."""
-    count = len(cells.polygons)
     length = np.linalg.norm(cells.ends[:, 1] - cells.ends[:, 0], axis=1)
-    border = np.rint(SCALE * length * (SEEN_EDGE + BARE_EDGE * (1 - cells.covered))).astype(np.int32)
-    gain = np.rint(SCALE * cells.evidence).astype(np.int32)
-    source, sink = count, count + 1
-    nodes = np.arange(count)
-    rows = np.concatenate([cells.edges[:, 0], cells.edges[:, 1], np.full(count, source), nodes])
-    cols = np.concatenate([cells.edges[:, 1], cells.edges[:, 0], nodes, np.full(count, sink)])
-    caps = np.concatenate([border, border, np.maximum(gain, 0), np.maximum(-gain, 0)])
-    keep = caps > 0
-    graph = coo_array((caps[keep], (rows[keep], cols[keep])), shape=(count + 2, count + 2)).tocsr().astype(np.int32)
-    graph.indices, graph.indptr = graph.indices.astype(np.int32), graph.indptr.astype(np.int32)
-    flow = maximum_flow(graph, source, sink).flow
-    residual = (graph - flow).tocsr()
-    residual.data = np.maximum(residual.data, 0)
-    residual.eliminate_zeros()
-    reached = breadth_first_order(residual, source, return_predecessors=False)
-    inside = np.zeros(count + 2, bool)
-    inside[reached] = True
-    return inside[:count]
+    border = np.rint(SCALE * length * (SEEN_EDGE + BARE_EDGE * (1 - cells.covered))).astype(np.int64)
+    return source_side(np.rint(SCALE * cells.evidence).astype(np.int64), cells.edges, border)
 
 
 def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
     """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
-    count = len(cells.polygons)
     joined = inside[cells.edges].all(1) & (cells.parted < 0.5)
-    links = coo_array((np.ones(joined.sum()), (cells.edges[joined, 0], cells.edges[joined, 1])), shape=(count, count))
-    _, label = connected_components(links, directed=False)
+    label = connected_parts(len(cells.polygons), cells.edges[joined])
     spaces: list[Polygon] = []
     for number in np.unique(label[inside]):
         members = inside & (label == number)

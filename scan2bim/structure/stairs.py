@@ -15,12 +15,11 @@ from typing import Literal
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.surfels import PLAN, Surfels
+from scan2bim.geometry.graphs import connected_parts
 from scan2bim.geometry.raster import closed
 from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.storeys import Layers, standing_and_hanging
@@ -123,17 +122,18 @@ def _treads(row: I64, col: I64, z: F64, shape: tuple[int, ...]) -> tuple[I64, I6
     """Tread number (n,) of each pixel, and pairs of treads (s, 2) that are a riser apart, the lower first."""
     pairs = _pairs(row, col, shape, NEAR)
     rise = z[pairs[:, 1]] - z[pairs[:, 0]]
-    level = pairs[np.abs(rise) < LEVEL]
-    links = coo_array((np.ones(len(level)), (level[:, 0], level[:, 1])), shape=(len(z), len(z)))
-    count, tread = connected_components(links, directed=False)
-    area = np.bincount(tread, minlength=count) * PLAN**2
-    height = np.bincount(tread, weights=z, minlength=count) / np.maximum(np.bincount(tread, minlength=count), 1)
-    couples = np.unique(np.sort(tread[_pairs(row, col, shape, NEXT)], axis=1), axis=0)
-    fits = (area > SMALLEST_TREAD) & (area < LARGEST_TREAD)
-    step = height[couples[:, 1]] - height[couples[:, 0]]
-    good = fits[couples].all(1) & (np.abs(step) > LEAST_RISER) & (np.abs(step) < MOST_RISER)
-    couples, step = couples[good], step[good]
-    return tread.astype(np.int64), np.where((step > 0)[:, None], couples, couples[:, ::-1])
+    tread = connected_parts(len(z), pairs[np.abs(rise) < LEVEL])
+    size = np.bincount(tread)
+    height = np.bincount(tread, weights=z) / np.maximum(size, 1)
+    fits = (size * PLAN**2 > SMALLEST_TREAD) & (size * PLAN**2 < LARGEST_TREAD)
+    couples = tread[_pairs(row, col, shape, NEXT)]
+    couples = couples[fits[couples].all(1)]
+    step = np.abs(height[couples[:, 1]] - height[couples[:, 0]])
+    couples = couples[(step > LEAST_RISER) & (step < MOST_RISER)]
+    count = max(len(size), 1)
+    couples = np.stack(np.divmod(np.unique(couples.min(1) * count + couples.max(1)), count), 1)
+    up = height[couples[:, 1]] > height[couples[:, 0]]
+    return tread, np.where(up[:, None], couples, couples[:, ::-1])
 
 
 def _chains(tread: I64, steps: I64, z: F64) -> list[I64]:
@@ -141,8 +141,7 @@ def _chains(tread: I64, steps: I64, z: F64) -> list[I64]:
     if not len(steps):
         return []
     count = int(tread.max()) + 1
-    links = coo_array((np.ones(len(steps)), (steps[:, 0], steps[:, 1])), shape=(count, count))
-    _, group = connected_components(links, directed=False)
+    group = connected_parts(count, steps)
     height = np.bincount(tread, weights=z) / np.bincount(tread)
     chains: list[I64] = []
     for number in np.unique(group[steps[:, 0]]):
