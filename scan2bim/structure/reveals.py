@@ -51,7 +51,8 @@ def _depths(plan: Plan, axis: Axis) -> list[float]:
 
 def outer_thickness(depths: Sequence[float]) -> float:
     """Thickness to assume for outer walls: the usual one, or more where reveals go deeper."""
-    deep = [d for d in depths if d > OUTER]
-    if len(deep) < max(FEWEST, LEAST_SHARE * len(depths)):
+    reveals = [d for d in depths if d <= THICKEST_OUTER]
+    deep = [d for d in reveals if d > OUTER]
+    if len(deep) < max(FEWEST, LEAST_SHARE * len(reveals)):
         return OUTER
     return round(min(float(np.percentile(deep, 75)) + 0.02, THICKEST_OUTER), 3)

@@ -11,6 +11,12 @@ def test_without_deep_reveals_outer_walls_have_the_usual_thickness() -> None:
     assert outer_thickness([0.1, 0.15, 0.2, OUTER - 0.01]) == OUTER
 
 
+def test_niches_beyond_the_thickest_wall_do_not_make_outer_walls_thicker() -> None:
+    reveals = [0.36, 0.37, 0.38, 0.385, 0.39]
+    assert outer_thickness([*reveals, 0.6, 0.7, 0.79]) == outer_thickness(reveals)
+    assert outer_thickness([0.1, 0.6, 0.7, 0.79]) == OUTER
+
+
 def test_one_deep_reveal_is_not_believed() -> None:
     assert outer_thickness([0.1, 0.1, 0.6]) == OUTER
 
