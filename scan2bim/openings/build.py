@@ -14,6 +14,7 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.openings.alike import completed
 from scan2bim.openings.closed.find import closed_doors, closed_openings, faces_of
 from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
@@ -36,6 +37,10 @@ NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
 SCRATCH = ".near.bin"
 """File that holds the points near walls while openings are looked for."""
+SURER = 0.2
+"""Difference of probabilities by which a window must be surer than a closed door to replace it."""
+STRIP = 0.25
+"""Share of an opening's width up to which another may reach into it and stand beside it all the same."""
 LOOKED_THROUGH = 0.3
 """Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
 
@@ -52,7 +57,7 @@ def find_openings(
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
     found = openings_of(structure, scene, scan_folders, folder, settings, progress)
-    save_openings(_once(found, structure.storeys), folder / "openings.json")
+    save_openings(_once(completed(found), structure.storeys), folder / "openings.json")
 
 
 def draw_openings(
@@ -180,17 +185,39 @@ def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: 
 
 def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
     """Without the less sure of two openings that overlap in one wall; a closed leaf that nobody looked through is surer
-    than rays that did not return.
+    than rays that did not return. Of those that stand side by side, the less sure one ends where the other begins.
     """
     kept: list[OpeningShape] = []
+    found = [o for o in found if not (_shut(o) and any(_surer_window(w, o) for w in found))]
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
         wall = storeys[opening.storey].walls[opening.wall]
         length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
-        fits = opening.offset > -0.01 and opening.offset + opening.width < length + 0.01
-        if fits and not any(_overlap(opening, k) for k in rivals):
-            kept.append(opening)
+        alone = _beside(opening, [k for k in rivals if _overlap(opening, k)])
+        fits = alone.offset > -0.01 and alone.offset + alone.width < length + 0.01
+        if fits and not any(_overlap(alone, k) for k in rivals):
+            kept.append(alone)
     return sorted(kept, key=lambda o: (o.storey, o.wall, o.offset))
+
+
+def _beside(opening: OpeningShape, rivals: Sequence[OpeningShape]) -> OpeningShape:
+    """An opening without the strips at its ends that belong to rivals."""
+    low, high = opening.offset, opening.offset + opening.width
+    for rival in rivals:
+        start, end = rival.offset, rival.offset + rival.width
+        if low < start and high - start < STRIP * opening.width:
+            high = min(high, start)
+        elif end < high and end - low < STRIP * opening.width:
+            low = max(low, end)
+    if (low, high) == (opening.offset, opening.offset + opening.width):
+        return opening
+    return replace(opening, offset=round(low, 4), width=round(high - low, 4))
+
+
+def _surer_window(window: OpeningShape, door: OpeningShape) -> bool:
+    """Whether a window is in the place of a closed door, and surer by far."""
+    same = (window.storey, window.wall) == (door.storey, door.wall) and _overlap(window, door)
+    return window.kind == "window" and same and window.confidence > door.confidence + SURER
 
 
 def _shut(opening: OpeningShape) -> bool:

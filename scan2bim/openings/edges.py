@@ -15,9 +15,9 @@ REACH = 0.16
 """How far from the rough edge, metres, the edge is looked for: a frame's width and two pixels."""
 BIN = 0.004
 """Width, metres, of the bins of the histograms across an edge: a scan's noise and registration."""
-BINS = round(2 * REACH / BIN)
 STRAY = 0.02
-"""Share of the points that may lie on the wrong side of an edge: mixed pixels, handles, catches."""
+"""Share of the points that may lie on the wrong side of an edge: mixed pixels, handles, catches. Twice FEWEST at most
+where a part of the edge is hidden, since then its reveal may be few points, too."""
 CROWD = 0.012
 """Width, metres, in which a reveal's points lie."""
 DEEP = 0.02
@@ -25,7 +25,10 @@ DEEP = 0.02
 FEWEST = 6
 """Points that make a reveal."""
 GAP = 0.03
-"""Metres between the face's last point and the first behind it, up to which the first behind it is the edge."""
+"""Metres between the face's last point and the first behind it, up to which the first behind it is the edge; in a wider
+gap something hides the edge."""
+FAINT = 0.05
+"""Share of the points behind the face that must lie on it for the face to be seen: fringes of a curtain are fewer."""
 MARGIN = 0.1
 """Distance, metres, from an opening's other sides, in which points say nothing about this one."""
 F64 = NDArray[np.float64]
@@ -34,49 +37,60 @@ F64 = NDArray[np.float64]
 @dataclass(frozen=True, slots=True)
 class Edge:
     """A side at ``place``, metres, with its standard deviation ``sigma``; ``reveal`` points on its reveal, 0 if none
-    was seen; ``wall`` whether the wall's face was seen to end here.
+    was seen; ``wall`` whether the wall's face was seen to end here. ``hidden`` metres, outwards from ``inner``, in
+    which the side lies unseen; 0 where it was seen.
     """
 
     place: float
     sigma: float
     reveal: int
     wall: bool
+    inner: float = np.nan
+    hidden: float = 0.0
 
 
-def find_edge(place: F64, depth: F64, on_face: NDArray[np.bool_], rough: float, inward: float) -> Edge:
+def find_edge(
+    place: F64, depth: F64, on_face: NDArray[np.bool_], rough: float, inward: float, farther: float = 0.0
+) -> Edge:
     """The edge near ``rough`` among points at ``place`` (n,) across it, ``depth`` behind the wall's face, ``on_face``
-    or not; ``inward`` is 1 where the opening lies towards greater places, else -1.
+    or not; ``inward`` is 1 where the opening lies towards greater places, else -1. Up to ``farther`` metres outwards
+    from there nothing was seen of the wall.
     """
     inside = (place - rough) * inward
-    near = np.abs(inside) < REACH
+    out = max(REACH, farther + GAP)
+    near = (inside > -out) & (inside < REACH)
     inside, depth, on_face = inside[near], depth[near], on_face[near]
-    bins = np.minimum(((inside + REACH) / BIN).astype(np.int64), BINS - 1)
-    face = np.bincount(bins[on_face], minlength=BINS)
-    behind = np.bincount(bins[~on_face], minlength=BINS)
-    if face.sum() < FEWEST and behind.sum() < FEWEST:
-        return Edge(rough, REACH / 3, 0, False)
-    low, high = _gap(face, behind)
-    low, high = low - REACH, high - REACH
+    count = round((out + REACH) / BIN)
+    bins = np.minimum(((inside + out) / BIN).astype(np.int64), count - 1)
+    face = np.bincount(bins[on_face], minlength=count)
+    behind = np.bincount(bins[~on_face], minlength=count)
+    seen = bool(face.sum() >= max(FEWEST, FAINT * behind.sum()))
+    if not seen:
+        face = np.zeros_like(face)
+        if behind.sum() < FEWEST:
+            return Edge(rough, REACH / 3, 0, False, rough, farther)
+    low, high = _gap(face, behind, min(STRAY, 2 * FEWEST / max(behind.sum(), 1)) if farther > 0 else STRAY)
+    low, high = low - out, high - out
     first = ~on_face & (inside > high - BIN) & (inside < high + CROWD)
-    seen = face.sum() >= FEWEST
-    if not seen and high < GAP - REACH:
-        return Edge(rough, REACH / 3, 0, False)
+    if not seen and high < GAP - out:
+        return Edge(rough, REACH / 3, 0, False, rough, farther)
     reveal = int(first.sum()) >= FEWEST and float(np.ptp(np.percentile(depth[first], [10, 90]))) > DEEP
-    if reveal or (high - low < GAP and first.any()):
+    if reveal or (high - low < GAP and first.any() and seen):
         at = float(np.median(inside[first])) if reveal else high
-        return Edge(rough + inward * at, 0.003 if reveal else 0.006, int(first.sum()) if reveal else 0, bool(seen))
+        return Edge(rough + inward * at, 0.003 if reveal else 0.006, int(first.sum()) if reveal else 0, seen)
     at = min(max(0.0, low), high) if seen else high
-    return Edge(rough + inward * at, max(0.01, (high - low) / 4), 0, bool(seen))
+    hidden = high - low if seen else high + farther
+    return Edge(rough + inward * at, max(0.01, hidden / 4), 0, seen, rough + inward * high, max(hidden, 0.0))
 
 
-def _gap(face: NDArray[np.int64], behind: NDArray[np.int64]) -> tuple[float, float]:
+def _gap(face: NDArray[np.int64], behind: NDArray[np.int64], stray: float) -> tuple[float, float]:
     """Where face points end and points behind begin, metres from the first bin: fewest are on the wrong side."""
-    wrong = np.zeros(BINS + 1)
+    wrong = np.zeros(len(face) + 1)
     if face.sum() >= FEWEST:
         wrong[:-1] += face[::-1].cumsum()[::-1] / face.sum()
     if behind.sum() >= FEWEST:
         wrong[1:] += behind.cumsum() / behind.sum()
-    best = np.flatnonzero(wrong <= wrong.min() + STRAY)
+    best = np.flatnonzero(wrong <= wrong.min() + stray)
     if face.sum() < FEWEST:
         return float(best[-1] * BIN), float(best[-1] * BIN)
     if behind.sum() < FEWEST:

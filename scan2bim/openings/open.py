@@ -7,16 +7,15 @@ wall's face and to the reveals.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.geometry.raster import closed, opened
-from scan2bim.openings.edges import MARGIN, REACH, Edge, find_edge
+from scan2bim.openings.edges import MARGIN
 from scan2bim.openings.shapes import Kind, OpeningShape
-from scan2bim.openings.wall_image import PIXEL, WallImage
+from scan2bim.openings.sides import sides_of
+from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
 
 BLUR = 4
@@ -46,10 +45,16 @@ WIDEST_PAIR = 2.2
 """Clear width, metres, of the widest pair of glazed leaves."""
 STILE = 0.8
 """Share of the height on which the stiles in the middle of a pair of leaves must be seen."""
+SLIT = 0.1
+"""Least width and height, metres, of what is seen of an opening that is hidden beyond."""
 SHARE = 0.25
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
 LOWEST_SIGHT = 0.45
 """Height, metres, up to which an opening's lower part may be hidden by the floor behind it."""
+ACROSS, RAIL = 0.6, 2
+"""Share of the width, and pixels of height, of a strip of wall below an opening: 5 cm."""
+WALLED, LEAST_SEEN = 0.7, 0.3
+"""Share of what was seen of a strip between two openings that must be wall, and of it that must have been seen."""
 HIGHEST_HIDDEN = 0.9
 """Height, metres, up to which it may be hidden by furniture in inner walls, where windows are rare."""
 PANEL = 0.5
@@ -74,19 +79,42 @@ HIDDEN = 0.3
 WHOLE = 0.12
 """Distance, metres, to the wall's ends, head and foot, within which an opening is the whole wall: a glass front or no
 wall at all."""
-Box = tuple[float, float, float, float]
-"""Left, right, bottom, top in metres, along the wall from its start and up from its base."""
 Mask = NDArray[np.bool_]
 
 
 def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
     """Openings of one wall that were looked through."""
     missing = face_missing(image)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
-    large = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
-    boxes = [box for k in large if (box := _box(labels == k, wall, image)) is not None]
+    boxes = [box for cluster in _clusters(missing, image) if (box := _box(cluster, wall, image)) is not None]
     openings = [_opening(storey, number, wall, image, _to_floor(box, wall, image, missing)) for box in boxes]
     return [o for o in openings if o is not None]
+
+
+def _clusters(missing: Mask, image: WallImage) -> list[Mask]:
+    """Connected pixels, cut where strips of wall go across or along them: openings that stand close together meet
+    where something hides the wall between them.
+    """
+    told = image.face | missing
+    cut = missing.copy()
+    for cluster in _connected(missing):
+        rows, cols = np.flatnonzero(cluster.any(1)), np.flatnonzero(cluster.any(0))
+        here = np.ix_(np.arange(rows[0], rows[-1] + 1), np.arange(cols[0], cols[-1] + 1))
+        wall, seen = (image.face & ~missing)[here], told[here]
+        cut[here] &= ~_strips(wall.sum(1), seen.sum(1), wall.shape[1])[:, None]
+        cut[here] &= ~_strips(wall.sum(0), seen.sum(0), wall.shape[0])[None]
+    return _connected(cut)
+
+
+def _connected(mask: Mask) -> list[Mask]:
+    """Groups of connected pixels that are large enough."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    return [labels == k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
+
+
+def _strips(wall: NDArray[np.int64], seen: NDArray[np.int64], width: int) -> Mask:
+    """Lines (n,) of pixels that are wall as far as they were seen, at least RAIL beside each other."""
+    walled = ((wall > WALLED * seen) & (seen > LEAST_SEEN * width)).astype(np.uint8)
+    return opened(walled[:, None], RAIL)[:, 0].astype(bool) if len(walled) >= RAIL else np.zeros(len(walled), bool)
 
 
 def face_missing(image: WallImage) -> Mask:
@@ -94,11 +122,11 @@ def face_missing(image: WallImage) -> Mask:
     of an open door may stand before the other face.
     """
     mask = np.zeros(image.through.shape, np.uint8)
-    for points, behind in zip(image.faces, image.behind, strict=True):
+    for points, behind, entered in zip(image.faces, image.behind, image.entered, strict=True):
         if not points.any():
             continue
         face = _blurred(points > 0)
-        gone = _blurred(((behind > 0) | (image.through > 0)) & (points == 0))
+        gone = _blurred(((behind > 0) | entered | (image.through > 0)) & (points == 0))
         filled = closed(((gone > face) & (gone > GONE)).astype(np.uint8), HOLE)
         mask |= filled & ~((face >= gone) & (face > PIER))
     return opened(mask, SPECK).astype(bool)
@@ -131,11 +159,11 @@ def _box(cluster: Mask, wall: WallShape, image: WallImage) -> Box | None:
 
 
 def _is_pane(wall: WallShape, image: WallImage, box: Box) -> bool:
-    """Whether a rectangle above the floor in an outer wall, which nobody looked through, is a pane all the same: it
-    returned fewer pulses than its surroundings.
+    """Whether a rectangle in an outer wall, which nobody looked through, is a pane all the same: it returned fewer
+    pulses than its surroundings.
     """
     left, right, bottom, top = box
-    if (wall.left and wall.right) or bottom < LOWEST_SIGHT or min(right - left, top - bottom) < 3 * RIM:
+    if (wall.left and wall.right) or min(right - left, top - bottom) < 3 * RIM:
         return False
     return _density(image, (left + RIM, right - RIM, bottom + RIM, top - RIM)) < PANE
 
@@ -148,8 +176,8 @@ def _solid(image: WallImage, box: Box) -> bool:
 def _density(image: WallImage, box: Box) -> float:
     """Points a pixel behind the face within a rectangle, by those on the face round it; nan where there are none."""
     left, right, bottom, top = box
-    here = _part(image.behind.sum(0), *box)
-    around = _part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
+    here = part(image.behind.sum(0), *box)
+    around = part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
     wall = around[around > 0]
     return float(here.mean() / wall.mean()) if here.size and len(wall) else np.nan
 
@@ -177,21 +205,27 @@ def _to_floor(box: Box, wall: WallShape, image: WallImage, missing: Mask) -> Box
     floor.
     """
     left, right, bottom, top = box
-    under = _part(image.face & ~missing, left + 2 * PIXEL, right - 2 * PIXEL, 4 * PIXEL, bottom)
-    walled = (under.mean(0) > 0.15).mean() if under.size else 0.0
-    seen_low = _part(image.through > 0, left + 2 * PIXEL, right - 2 * PIXEL, 6 * PIXEL, bottom)
+    under = part(image.face & ~missing, left + 2 * PIXEL, right - 2 * PIXEL, 4 * PIXEL, bottom)
+    walled = bool(under.size) and ((under.mean(0) > 0.15).mean() > 0.6 or _rail(under))
+    seen_low = part(image.through > 0, left + 2 * PIXEL, right - 2 * PIXEL, 6 * PIXEL, bottom)
     outer = not (wall.left and wall.right)
     dark = seen_low.size == 0 or seen_low.mean() < 0.2
-    if walled > 0.6 or (dark and bottom > (LOWEST_SIGHT if outer else HIGHEST_HIDDEN)):
+    if walled or (dark and bottom > (LOWEST_SIGHT if outer else HIGHEST_HIDDEN)):
         return box
     return _bare(image, left, -1, top), _bare(image, right, 1, top), 0.0, top
+
+
+def _rail(face: Mask) -> bool:
+    """Whether a strip of wall goes across, as between windows that stand one above the other."""
+    whole = (face.mean(1) > ACROSS).astype(np.float32)
+    return len(whole) >= RAIL and bool((np.convolve(whole, np.ones(RAIL), "valid") >= RAIL - 0.5).any())
 
 
 def _bare(image: WallImage, side: float, step: int, top: float) -> float:
     """A jamb moved outwards, behind a leaf that hides it, to where the wall's face begins, if that is near."""
     for k in range(round(HIDDEN / PIXEL)):
         at = side + step * k * PIXEL
-        strip = _part(image.face, min(at, at + 2 * step * PIXEL), max(at, at + 2 * step * PIXEL), MARGIN, top - MARGIN)
+        strip = part(image.face, min(at, at + 2 * step * PIXEL), max(at, at + 2 * step * PIXEL), MARGIN, top - MARGIN)
         if strip.size and strip.any(1).mean() > 0.3:
             return at
     return side
@@ -202,10 +236,10 @@ def _supported(image: WallImage, box: Box) -> int:
     left, right, bottom, top = box
     wall = image.face
     beside = (
-        _part(wall, left - RIM, left - PIXEL, bottom, top).any(1),
-        _part(wall, right + PIXEL, right + RIM, bottom, top).any(1),
-        _part(wall, left, right, bottom - RIM, bottom - PIXEL).any(0),
-        _part(wall, left, right, top + PIXEL, top + RIM).any(0),
+        part(wall, left - RIM, left - PIXEL, bottom, top).any(1),
+        part(wall, right + PIXEL, right + RIM, bottom, top).any(1),
+        part(wall, left, right, bottom - RIM, bottom - PIXEL).any(0),
+        part(wall, left, right, top + PIXEL, top + RIM).any(0),
     )
     return sum(1 for side in beside if side.size and side.mean() > 1 / 3)
 
@@ -213,25 +247,34 @@ def _supported(image: WallImage, box: Box) -> int:
 def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: Box) -> OpeningShape | None:
     """Sides moved to the edges of the face, then told apart: door, window or passage."""
     left, right, bottom, top = box
-    sides = _sides(image, box)
-    left, right, top = (sides[k].place for k in (0, 1, 3))
-    bottom = sides[2].place if bottom > 0.0 or sides[2].wall else 0.0
+    outer = not (wall.left and wall.right)
+    sides = sides_of(image, box, outer)
+    left, right, lower, top = (side.inner if outer and side.hidden > 0 else side.place for side in sides)
+    bottom = lower if bottom > 0.0 or sides[2].wall else 0.0
     bottom = 0.0 if bottom < HIGHEST_SILL else bottom
     top = min(top, wall.top - wall.base)
+    far = [round(side.hidden, 4) if outer else 0.0 for side in sides]
+    hidden = (far[0], far[1], far[2] if bottom > 0.0 else 0.0, far[3])
     width, height = right - left, top - bottom
-    if min(width, height) < LOWEST_WINDOW or (bottom == 0.0 and width < NARROWEST):
+    if min(width + far[0] + far[1], height + far[3] + hidden[2]) < LOWEST_WINDOW or min(width, height) < SLIT:
+        return None
+    if bottom == 0.0 and width < NARROWEST:
         return None
     box = (left, right, bottom, top)
     supported = _supported(image, box)
-    if supported < (1 if bottom == 0.0 else 2) + (_touching(wall, box) > 0) or _is_whole(wall, box):
+    least = (1 if bottom == 0.0 else 2) + (_touching(wall, box) > 0)
+    reveals = sum(1 for side in sides if side.reveal > 0)
+    if bottom > 0.0 and reveals >= 2:
+        least = max(1, least - sum(1 for away in hidden if away > HIDDEN))
+    if supported < least or _is_whole(wall, box):
         return None
     lintel = _wall_above(image, left, right, top)
     glazed = _glazed_leaves(wall, image, box)
     kind: Kind = "door" if glazed else _kind(wall, image, box, lintel)
-    inside = _part(image.through > 0, *box)
+    inside = part(image.through > 0, *box)
     share = float(inside.mean()) if inside.size else 0.0
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
-    if share < LEAST_THROUGH / 2 and sum(1 for side in sides if side.reveal > 0) < LEAST_REVEALS:
+    if share < LEAST_THROUGH / 2 and reveals < LEAST_REVEALS and not _is_pane(wall, image, box):
         return None
     return OpeningShape(
         storey,
@@ -248,43 +291,13 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         jambs,
         lintel,
         sum(side.reveal for side in sides),
-        tuple(sorted(n for n, looked in image.lookers.items() if _part(looked, *box).any())),
+        tuple(sorted(n for n, looked in image.lookers.items() if part(looked, *box).any())),
         0.0,
         leaves=glazed or None,
         sides=supported,
         glazed=True if glazed else None,
+        hidden=hidden,
     )
-
-
-def _sides(image: WallImage, box: Box) -> tuple[Edge, Edge, Edge, Edge]:
-    """Left, right, lower and upper edge."""
-    left, right, bottom, top = box
-    along, up = image.along, image.up
-    near = np.flatnonzero((along > left - REACH) & (along < right + REACH) & (up > bottom - REACH) & (up < top + REACH))
-    along, up = along[near].astype(np.float64), up[near].astype(np.float64)
-    depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
-    tall = (up > bottom + MARGIN) & (up < top - MARGIN)
-    wide = (along > left + MARGIN) & (along < right - MARGIN)
-    found: list[list[Edge]] = []
-    for here in (side == 0, side == 1):
-        t, w = tall & here, wide & here
-        edges = [
-            find_edge(along[t], depth[t], on_face[t], left, 1.0),
-            find_edge(along[t], depth[t], on_face[t], right, -1.0),
-            find_edge(up[w], depth[w], on_face[w], bottom, 1.0),
-            find_edge(up[w], depth[w], on_face[w], top, -1.0),
-        ]
-        found.append(edges)
-    pairs = zip(*found, (1.0, -1.0, 1.0, -1.0), strict=True)
-    first, second, third, fourth = (_outer(a, b, inward) for a, b, inward in pairs)
-    return first, second, third, fourth
-
-
-def _outer(a: Edge, b: Edge, inward: float) -> Edge:
-    """The better of the edges of both faces, or the farther out: an open leaf hides one of them."""
-    if a.wall != b.wall:
-        return a if a.wall else b
-    return min(a, b, key=lambda e: (e.sigma, inward * e.place))
 
 
 def _touching(wall: WallShape, box: Box) -> int:
@@ -299,14 +312,9 @@ def _is_whole(wall: WallShape, box: Box) -> bool:
     return box[0] + length - box[1] < 2 * WHOLE and box[2] + wall.top - wall.base - box[3] < 2 * WHOLE
 
 
-def _part(mask: NDArray[Any], left: float, right: float, bottom: float, top: float) -> NDArray[Any]:
-    rows = slice(max(0, round(bottom / PIXEL)), max(0, round(top / PIXEL)))
-    return mask[rows, max(0, round(left / PIXEL)) : max(0, round(right / PIXEL))]
-
-
 def _wall_above(image: WallImage, left: float, right: float, top: float) -> bool:
     """Whether the wall's face was seen above the opening."""
-    above = _part(image.face, left, right, top + PIXEL, top + 0.4)
+    above = part(image.face, left, right, top + PIXEL, top + 0.4)
     return bool(above.size and above.mean() > 0.1)
 
 
@@ -332,7 +340,7 @@ def _glazed_leaves(wall: WallShape, image: WallImage, box: Box) -> int:
     width = right - left
     if width <= WIDEST_SINGLE:
         return 1
-    middle = _part(image.behind.sum(0) > 0, left + 0.4 * width, right - 0.4 * width, bottom + RIM, top - RIM)
+    middle = part(image.behind.sum(0) > 0, left + 0.4 * width, right - 0.4 * width, bottom + RIM, top - RIM)
     return 2 if width <= WIDEST_PAIR and middle.size and middle.mean(0).max() > STILE else 0
 
 
@@ -341,5 +349,5 @@ def _glazed(image: WallImage, box: Box) -> bool:
     frames all.
     """
     left, right, bottom, top = box
-    inside = _part(image.behind.sum(0) > 0, left + RIM, right - RIM, bottom + RIM, top - RIM)
+    inside = part(image.behind.sum(0) > 0, left + RIM, right - RIM, bottom + RIM, top - RIM)
     return bool(inside.size and inside.mean() > 0.08)

@@ -10,6 +10,8 @@ from typing import Literal
 from pydantic import TypeAdapter
 
 Kind = Literal["door", "window", "passage"]
+NOT_HIDDEN = (0.0, 0.0, 0.0, 0.0)
+"""All four sides were seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +25,8 @@ class OpeningShape:
     (0 of those found closed); ``points`` on its reveals, ``stations`` that looked through; ``angle`` (radians from
     closed), ``hinge`` and ``swing`` side of its leaf, where one was seen. ``leaves`` how many; ``glazed`` whether rays
     went through the closed leaf; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf;
-    ``handle_height`` over the base; ``words`` the evidence for a closed door.
+    ``handle_height`` over the base; ``words`` the evidence for a closed door; ``hidden`` how
+    far outwards its left, right, lower and upper side may lie, metres, where something hid them, else 0.
     """
 
     storey: int
@@ -52,6 +55,7 @@ class OpeningShape:
     words: tuple[str, ...] = ()
     sides: int = 0
     glazed: bool | None = None
+    hidden: tuple[float, float, float, float] = NOT_HIDDEN
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

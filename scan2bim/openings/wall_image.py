@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, cube_cell
 from scan2bim.openings.near_points import WallPoints
+from scan2bim.openings.virtual import is_virtual
 from scan2bim.structure.shapes import WallShape
 
 PIXEL = 0.025
@@ -34,10 +35,15 @@ THIN = 0.15
 """Share of a wall's thickness that SKIN may take: points on the reveals of thin walls are not all on a face."""
 PROUD = 0.06
 """Points up to this far before a face, metres, lie on it: trims and skirting boards."""
+BEHIND = 0.08
+"""Metres behind a wall's face to which a ray must go on to tell that the face is not there: beyond plaster, skirting
+boards and the error of a panorama's cell seen at a slant."""
 STEEPEST = 5.0
 """Slant (1 / cosine) beyond which a station is not asked."""
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
+Box = tuple[float, float, float, float]
+"""Left, right, bottom, top in metres, along the wall from its start and up from its base."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +51,16 @@ class WallImage:
     """Rasters (rows bottom up from the base, columns along the axis from its start) and the points they are made of.
 
     ``faces`` (2, r, c) points on the left and on the right face, ``behind`` (2, r, c) seen from there behind it;
-    ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did. ``along``, ``up`` (n,)
-    metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether it lies on
-    that, ``side`` (n,) 0 for the left and 1 for the right one.
+    ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did; ``entered`` (2, r, c)
+    whether a ray from that side, of a station that is not made up, went on behind the face. ``along``, ``up`` (n,)
+    metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether it lies
+    on that, ``side`` (n,) 0 for the left and 1 for the right one.
     """
 
     faces: NDArray[np.int32]
     behind: NDArray[np.int32]
     through: NDArray[np.uint8]
+    entered: NDArray[np.bool_]
     lookers: dict[int, NDArray[np.bool_]]
     along: F32
     up: F32
@@ -79,6 +87,12 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
     seen = (points.along, points.across, points.up, points.station, _side(wall, stations), here)
     found = _classified(*seen, half, skin, shape)
     return WallImage(*found[:2], *_through(wall, shape, panoramas), *found[2:])
+
+
+def part(raster: NDArray[Any], left: float, right: float, bottom: float, top: float) -> NDArray[Any]:
+    """Pixels of a raster (r, c) of a wall's image within a box."""
+    rows = slice(max(0, round(bottom / PIXEL)), max(0, round(top / PIXEL)))
+    return raster[rows, max(0, round(left / PIXEL)) : max(0, round(right / PIXEL))]
 
 
 def _side(wall: WallShape, stations: F64) -> F32:
@@ -126,7 +140,10 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
 
 def _through(
     wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
-) -> tuple[NDArray[np.uint8], dict[int, NDArray[np.bool_]]]:
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+    """How many stations looked through the wall (r, c), whether any from each side looked behind its face (2, r, c),
+    and where each looked through.
+    """
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     normal = np.array([-direction[1], direction[0]])
@@ -135,21 +152,27 @@ def _through(
     step = ASKED * PIXEL
     xy = start + (cols.ravel()[:, None] + 0.5) * step * direction
     points = np.column_stack([xy, wall.base + (rows.ravel() + 0.5) * step]).astype(np.float32)
-    through = np.zeros(coarse, np.uint8)
+    through, entered = np.zeros(coarse, np.uint8), np.zeros((2, *coarse), np.bool_)
     lookers: dict[int, NDArray[np.bool_]] = {}
     outer = not (wall.left and wall.right)
+    half = wall.thickness / 2
     for number, panorama in panoramas.items():
         if not wall.base - 0.5 < panorama.position[2] < wall.top + 0.5:
             continue
-        away = abs(float((panorama.position[:2] - start) @ normal))
-        beyond = np.float32(1.0 + (wall.thickness / 2 + 0.05) / max(away, 0.02))
-        place = panorama.position.astype(np.float32)
-        farthest = np.float32(max(away, 0.02) * STEEPEST)
-        looked = _looked_through(points, place, panorama.ranges, beyond, farthest, outer).reshape(coarse)
+        away = float((panorama.position[:2] - start) @ normal)
+        place, reach = panorama.position.astype(np.float32), max(abs(away), 0.02)
+        seen = panorama.ranges, np.float32(1.0 + (half + 0.05) / reach), np.float32(reach * STEEPEST)
+        looked = _looked_through(points, place, *seen, outer).reshape(coarse)
         through += looked
         if looked.any():
             lookers[number] = _fine(looked, shape)
-    return _fine(through, shape), lookers
+        before = abs(away) - half
+        if before > BEHIND and not is_virtual((number,)):
+            face = points + np.append(np.sign(away) * half * normal, 0.0).astype(np.float32)
+            seen = panorama.ranges, np.float32(1.0 + BEHIND / before), np.float32(before * STEEPEST)
+            entered[int(away < 0)] |= _looked_through(face, place, *seen, outer).reshape(coarse)
+    both = np.stack([_fine(side, shape) for side in entered])
+    return _fine(through, shape), both, lookers
 
 
 @nb.njit(cache=True, nogil=True)

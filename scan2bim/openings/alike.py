@@ -1,0 +1,136 @@
+"""Sides of openings that curtains or furniture hide: taken from like openings of the building, which repeat, else the
+middle of where they may lie.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scan2bim.openings.shapes import NOT_HIDDEN, OpeningShape
+
+SAME = 0.03
+"""Metres within which heads, sills, jambs and sizes of like openings agree: what edges and floors are off by."""
+LEAST = 0.3
+"""Least width and height of an opening, metres."""
+BETWEEN = 0.04
+"""Metres of wall that stay between two openings."""
+UNIFORM = 12**0.5
+"""A range by its standard deviation, if all within it is as likely."""
+Range = tuple[float, float, float, float]
+"""Nearer and farther end of what was seen, and how far the opening may go on beyond each, metres."""
+
+
+def completed(found: Sequence[OpeningShape]) -> list[OpeningShape]:
+    """The openings with their hidden sides set, the least hidden first: they help the others."""
+    out = {k: o for k, o in enumerate(found) if o.hidden == NOT_HIDDEN}
+    for k in sorted((k for k in range(len(found)) if k not in out), key=lambda k: sum(found[k].hidden)):
+        opening = _bounded(found[k], [o for j, o in enumerate(found) if j != k])
+        opening = _sideways(opening, list(out.values()))
+        opening = _upwards(opening, [o for j, o in out.items() if not any(found[j].hidden[2:])])
+        out[k] = replace(opening, hidden=NOT_HIDDEN)
+    return [o for k in range(len(found)) if min((o := out[k]).width, o.height) >= LEAST]
+
+
+def _bounded(opening: OpeningShape, others: Sequence[OpeningShape]) -> OpeningShape:
+    """Hidden no farther than to the next openings of its wall."""
+    left, right, lower, upper = opening.hidden
+    for other in others:
+        if (other.storey, other.wall) != (opening.storey, opening.wall):
+            continue
+        if _overlap(_rows(opening), _rows(other)) > SAME:
+            before, after = opening.offset - _end(other), other.offset - _end(opening)
+            left = min(left, max(before - BETWEEN, 0.0)) if before > -SAME else left
+            right = min(right, max(after - BETWEEN, 0.0)) if after > -SAME else right
+        if _overlap((opening.offset, _end(opening)), (other.offset, _end(other))) > SAME:
+            below, above = opening.sill - _head(other), other.sill - _head(opening)
+            lower = min(lower, max(below - BETWEEN, 0.0)) if below > -SAME else lower
+            upper = min(upper, max(above - BETWEEN, 0.0)) if above > -SAME else upper
+    return replace(opening, hidden=(left, right, lower, upper))
+
+
+def _sideways(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningShape:
+    """With both jambs: those of an opening above or below whose other jamb is the same, the width of openings of its
+    height or head, or the middle of what is hidden.
+    """
+    left, right = opening.hidden[:2]
+    if left == 0.0 and right == 0.0:
+        return opening
+    span = (opening.offset, _end(opening), left, right)
+    for other in known:
+        stacked = (other.storey, other.wall) == (opening.storey, opening.wall) and other.sill != opening.sill
+        if stacked and _fits((other.offset, _end(other)), span):
+            return _wide(opening, other.offset, other.width, None)
+    alike = [o for o in known if o.kind == opening.kind and o.width_sigma is not None and _as_tall(opening, o)]
+    width = _most_common([o.width for o in alike], span)
+    if width is not None:
+        return _wide(opening, *_placed(span, width), None)
+    return _wide(opening, span[0] - left / 2, span[1] - span[0] + (left + right) / 2, max(left, right) / UNIFORM)
+
+
+def _upwards(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningShape:
+    """With sill and head: the height of openings as wide as it, those at its own height first, or the middle of what is
+    hidden.
+    """
+    lower, upper = opening.hidden[2:]
+    if lower == 0.0 and upper == 0.0:
+        return opening
+    span = (opening.sill, _head(opening), lower, upper)
+    wide = [o for o in known if o.kind == opening.kind and abs(o.width - opening.width) < SAME]
+    level = [o.height for o in wide if _fits(_rows(o), span)]
+    height = _most_common(level or [o.height for o in wide], span)
+    if height is not None:
+        sill, height = _placed(span, height)
+        return replace(opening, sill=round(sill, 4), height=round(height, 4), height_sigma=None)
+    sill = span[0] - min(lower, span[0]) / 2
+    height = _head(opening) + upper / 2 - sill
+    sigma = round(max(lower, upper) / UNIFORM, 4)
+    return replace(opening, sill=round(sill, 4), height=round(height, 4), height_sigma=sigma)
+
+
+def _as_tall(opening: OpeningShape, other: OpeningShape) -> bool:
+    """Whether two openings may be of one height: heads agree, or heights where both were seen."""
+    seen = opening.hidden[2] == 0.0 and opening.hidden[3] == 0.0
+    return abs(_head(opening) - _head(other)) < SAME or (seen and abs(opening.height - other.height) < SAME)
+
+
+def _fits(ends: tuple[float, float], span: Range) -> bool:
+    """Whether two ends may be those of a span."""
+    nearer, farther = span[0] - ends[0], ends[1] - span[1]
+    return -SAME < nearer < span[2] + SAME and -SAME < farther < span[3] + SAME
+
+
+def _most_common(sizes: Sequence[float], span: Range) -> float | None:
+    """The size that most of those have which a span may have, None if it may have none of them."""
+    seen, most = span[1] - span[0], span[1] - span[0] + span[2] + span[3]
+    fitting = [s for s in sizes if seen - SAME < s < most + SAME]
+    votes = [(sum(1 for other in fitting if abs(other - s) < SAME), -abs(s - (seen + most) / 2), s) for s in fitting]
+    return max(votes)[2] if votes else None
+
+
+def _placed(span: Range, size: float) -> tuple[float, float]:
+    """Start and size of an opening of a size in a span: in the middle of where it may be."""
+    first = max(span[0] - span[2], span[1] - size)
+    last = min(span[0], span[1] + span[3] - size)
+    return (first + last) / 2, size
+
+
+def _wide(opening: OpeningShape, offset: float, width: float, sigma: float | None) -> OpeningShape:
+    sigma = None if sigma is None else round(sigma, 4)
+    return replace(opening, offset=round(offset, 4), width=round(width, 4), width_sigma=sigma)
+
+
+def _end(opening: OpeningShape) -> float:
+    return opening.offset + opening.width
+
+
+def _head(opening: OpeningShape) -> float:
+    return opening.sill + opening.height
+
+
+def _rows(opening: OpeningShape) -> tuple[float, float]:
+    return opening.sill, _head(opening)
+
+
+def _overlap(a: tuple[float, float], b: tuple[float, float]) -> float:
+    return min(a[1], b[1]) - max(a[0], b[0])

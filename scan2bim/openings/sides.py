@@ -1,0 +1,75 @@
+"""The four sides of an opening that was looked through, on the face that shows each better."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.openings.edges import MARGIN, REACH, Edge, find_edge
+from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
+
+FARTHEST = 0.6
+"""Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""
+TOLD = 0.25
+"""Share of a strip along a side in which something must have been seen for it not to be hidden."""
+F64 = NDArray[np.float64]
+Sides = tuple[Edge, Edge, Edge, Edge]
+"""Left, right, lower and upper."""
+
+
+def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
+    """The sides near a rough box. In ``outer`` walls, where curtains hang, they may lie far behind what hides them."""
+    left, right, bottom, top = box
+    hidden = [_hidden_beyond(image, box, k) if outer else 0.0 for k in range(4)]
+    along, up = image.along, image.up
+    near = np.flatnonzero(
+        (along > left - REACH - hidden[0])
+        & (along < right + REACH + hidden[1])
+        & (up > bottom - REACH - hidden[2])
+        & (up < top + REACH + hidden[3])
+    )
+    along, up = along[near].astype(np.float64), up[near].astype(np.float64)
+    depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
+    tall = (up > bottom + MARGIN) & (up < top - MARGIN)
+    wide = (along > left + MARGIN) & (along < right - MARGIN)
+    found: list[list[Edge]] = []
+    for here in (side == 0, side == 1):
+        t, w = tall & here, wide & here
+        edges = [
+            find_edge(along[t], depth[t], on_face[t], left, 1.0, hidden[0]),
+            find_edge(along[t], depth[t], on_face[t], right, -1.0, hidden[1]),
+            find_edge(up[w], depth[w], on_face[w], bottom, 1.0, hidden[2]),
+            find_edge(up[w], depth[w], on_face[w], top, -1.0, hidden[3]),
+        ]
+        found.append(edges)
+    pairs = zip(*found, (1.0, -1.0, 1.0, -1.0), strict=True)
+    first, second, third, fourth = (_outer(a, b, inward) for a, b, inward in pairs)
+    return first, second, third, fourth
+
+
+def _outer(a: Edge, b: Edge, inward: float) -> Edge:
+    """The better of the edges of both faces, or the farther out: an open leaf hides one of them."""
+    if a.wall != b.wall:
+        return a if a.wall else b
+    return min(a, b, key=lambda e: (e.sigma, inward * e.place))
+
+
+def _hidden_beyond(image: WallImage, box: Box, side: int) -> float:
+    """Metres outwards from the left (0), right, lower or upper side of a box in which neither the wall's face was seen
+    nor anything behind it.
+    """
+    left, right, bottom, top = box
+    boxes = (
+        (left - FARTHEST, left - PIXEL, bottom + MARGIN, top - MARGIN),
+        (right + PIXEL, right + FARTHEST, bottom + MARGIN, top - MARGIN),
+        (left + MARGIN, right - MARGIN, bottom - FARTHEST, bottom - PIXEL),
+        (left + MARGIN, right - MARGIN, top + PIXEL, top + FARTHEST),
+    )
+    told = image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0)
+    beyond = part(told, *boxes[side])
+    if not beyond.size:
+        return 0.0
+    share = beyond.mean(0 if side < 2 else 1)
+    share = share[::-1] if side in (0, 2) else share
+    ends = np.flatnonzero(share > TOLD)
+    return float((ends[0] if len(ends) else len(share)) * PIXEL)
