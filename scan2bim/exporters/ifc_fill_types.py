@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from scan2bim.exporters.ifc_bonsai import bonsai_set
 from scan2bim.exporters.ifc_draft import Draft
 from scan2bim.exporters.ifc_file import Entity, Shared
 from scan2bim.exporters.ifc_properties import ENUMERATED, Value
@@ -83,10 +84,15 @@ def door_type(draft: Draft, form: Form) -> Shared:
     leaf = min(form.leaf / 1000, 0.6 * depth)
     lining = min(form.lining / 1000 or LINING, width / 6)
     drawn = form.use if form.use in _DRAWN_DOORS else _nearest(form.use, form.leaves)
-    representations = _door_shapes(draft, form, drawn, (width, height, depth), leaf, lining)
+    drawing = _door_lining(form, (height, depth), leaf, lining)
+    representations = _door_shapes(draft, form, drawn, (width, height), leaf, drawing)
     draft.styles.paint(representations[0].Items, form.colour)
     panel = {"PanelDepth": leaf, "PanelOperation": _panel_operation(form.use), "PanelPosition": "MIDDLE"}
     properties = _lining_sets(draft, "Door", form, lining, panel | {"PanelWidth": 1.0})
+    if height >= HANDLE_ROOM and drawn == form.use:
+        properties.append(
+            bonsai_set(draft, "Door", form.key, drawn, (width, height), drawing, {"PanelDepth": leaf})
+        )
     return _keep(draft, "IfcDoorType", "DOOR", form, representations, properties, OperationType=form.use)
 
 
@@ -98,14 +104,16 @@ def window_type(draft: Draft, form: Form) -> Shared:
     seen = form.lining / 1000 / FRAMES if form.lining else LINING
     lining = min(seen, min(width, height) / 8)
     frame = {"FrameDepth": depth / 2, "FrameThickness": 0.7 * lining}
+    drawing = _window_lining(width, height, depth, lining, form.use)
+    use, panels = "SINGLE_PANEL" if form.use == "NOTDEFINED" else form.use, [dict(frame), dict(frame), dict(frame)]
     make = _partial(
         draft,
         add_window_representation,
         overall_width=width,
         overall_height=height,
-        partition_type="SINGLE_PANEL" if form.use == "NOTDEFINED" else form.use,
-        lining_properties=_window_lining(width, height, depth, lining, form.use),
-        panel_properties=[dict(frame), dict(frame), dict(frame)],
+        partition_type=use,
+        lining_properties=drawing,
+        panel_properties=panels,
     )
     body, symbol = make(draft.contexts.body), make(draft.contexts.symbol)
     panes = [item for item in body.Items if item.Depth <= PANE]
@@ -113,15 +121,16 @@ def window_type(draft: Draft, form: Form) -> Shared:
     draft.styles.paint([item for item in body.Items if item.Depth > PANE], form.colour)
     panel = {"OperationType": "NOTDEFINED", "PanelPosition": "MIDDLE"} | frame
     properties = _lining_sets(draft, "Window", form, lining, panel)
+    properties.append(bonsai_set(draft, "Window", form.key, use, (width, height), drawing, panels))
     return _keep(draft, "IfcWindowType", "WINDOW", form, [body, symbol], properties, PartitioningType=form.use)
 
 
 def _door_shapes(
-    draft: Draft, form: Form, drawn: str, size: tuple[float, float, float], leaf: float, lining: float
+    draft: Draft, form: Form, drawn: str, size: tuple[float, float], leaf: float, lining: dict[str, float]
 ) -> list[Entity]:
     from ifcopenshell.api.geometry import add_door_representation
 
-    width, height, depth = size
+    width, height = size
     if height < HANDLE_ROOM:
         plain = rectangle_through(draft.ifc, width, height, leaf)
         return [representation(draft.ifc, draft.contexts.body, "SweptSolid", [plain])]
@@ -131,20 +140,26 @@ def _door_shapes(
         overall_width=width,
         overall_height=height,
         operation_type=drawn,
-        lining_properties={
-            "LiningDepth": depth,
-            "LiningThickness": lining,
-            "LiningOffset": 0.0,
-            "LiningToPanelOffsetX": lining / 2,
-            "LiningToPanelOffsetY": depth - leaf - form.inset / 1000,
-            "CasingThickness": 0.0,
-            "ThresholdThickness": min(form.threshold / 1000, height / 4),
-            "ThresholdDepth": depth,
-        },
+        lining_properties=lining,
         panel_properties={"PanelDepth": leaf},
     )
     body = make(draft.contexts.body)
     return [body, make(draft.contexts.symbol)] if form.use in _DRAWN_DOORS else [body]
+
+
+def _door_lining(form: Form, size: tuple[float, float], leaf: float, lining: float) -> dict[str, float]:
+    """Lining and threshold as the library draws them; size: height and depth, metres."""
+    height, depth = size
+    return {
+        "LiningDepth": depth,
+        "LiningThickness": lining,
+        "LiningOffset": 0.0,
+        "LiningToPanelOffsetX": lining / 2,
+        "LiningToPanelOffsetY": depth - leaf - form.inset / 1000,
+        "CasingThickness": 0.0,
+        "ThresholdThickness": min(form.threshold / 1000, height / 4),
+        "ThresholdDepth": depth,
+    }
 
 
 def _window_lining(width: float, height: float, depth: float, lining: float, use: str) -> dict[str, float]:
