@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.tiles import STEPS, TILE
-from scan2bim.verify.faces import FaceTable
+from scan2bim.verify.faces import FILL, PATCH, RIM, FaceTable
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -75,6 +75,7 @@ def face_arrays(table: FaceTable) -> tuple[NDArray[Any], ...]:
         table.start,
         table.grid,
         table.two_sided,
+        table.part,
         table.element,
         reach_of(table),
     )
@@ -295,26 +296,32 @@ def assign(raw, corner, voxels, stations, ignored, bins, faces, sums, owner):  #
 
 @nb.njit(cache=True, nogil=True)
 def _owner(x, y, z, n, station, candidates, faces):  # pyright: ignore
-    """Owner as in ``assign``, cell (-1 for none) and signed deviation of a point with normal ``n`` (3,)."""
-    normal, origin, _, _, _, _, _, _, two_sided, element, reach = faces
+    """Owner as in ``assign``, cell (-1 for none) and signed deviation of a point with normal ``n`` (3,).
+
+    The nearest face takes the point. At its rim it takes it off the others, but measures nothing. What lies nearest to
+    a door or window is measured on the patch of its opening, where there is one.
+    """
+    normal, origin, _, _, _, _, _, _, two_sided, part, element, reach = faces
     clear = n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0
     best = REACH if clear else NEAR_UNKNOWN
+    best_patch = best
     explained = -2
-    own = -1
-    own_deviation = 0.0
+    own = patch = -1
+    own_deviation = patch_deviation = 0.0
+    fills = False
     for f in candidates:
         dx = x - origin[f, 0]
         dy = y - origin[f, 1]
         dz = z - origin[f, 2]
         deviation = dx * normal[f, 0] + dy * normal[f, 1] + dz * normal[f, 2]
         away = abs(deviation)
-        near = min(best, reach[f])
-        if away >= near and (away > EXPLAINED or explained == -1):
+        near = min(best_patch if part[f] == PATCH else best, reach[f])
+        if away >= near and (away > EXPLAINED or explained != -2):
             continue
         cell = _cell_under(f, dx, dy, dz, faces)
-        if cell < 0:
+        if cell == -1:
             continue
-        if away <= EXPLAINED:
+        if away <= EXPLAINED and explained == -2:
             explained = -1
         if away >= near:
             continue
@@ -325,17 +332,25 @@ def _owner(x, y, z, n, station, candidates, faces):  # pyright: ignore
             if not two_sided[f]:
                 continue
             deviation = -deviation
-        best = away
-        explained = element[f]
-        own = cell
-        own_deviation = deviation
+        if part[f] == PATCH and cell != RIM:
+            best_patch = away
+            patch = cell
+            patch_deviation = deviation
+        if away < best:
+            best = away
+            explained = element[f]
+            fills = part[f] == FILL
+            own = -1 if fills or cell == RIM else cell
+            own_deviation = deviation
+    if fills and patch >= 0:
+        return explained, patch, patch_deviation
     return explained, own, own_deviation
 
 
 @nb.njit(cache=True, nogil=True, inline="always")
 def _cell_under(f, dx, dy, dz, faces):  # pyright: ignore
-    """The cell of face ``f`` under a point at (dx, dy, dz) from the face's origin, -1 for none."""
-    _, _, u, v, size, shape, start, grid, _, _, _ = faces
+    """The cell of face ``f`` under a point at (dx, dy, dz) from the face's origin, RIM at its rim, -1 for none."""
+    _, _, u, v, size, shape, start, grid, _, _, _, _ = faces
     p = math.floor((dx * u[f, 0] + dy * u[f, 1] + dz * u[f, 2]) / size[f])
     q = math.floor((dx * v[f, 0] + dy * v[f, 1] + dz * v[f, 2]) / size[f])
     if p < 0 or q < 0 or p >= shape[f, 0] or q >= shape[f, 1]:

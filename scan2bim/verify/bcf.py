@@ -97,13 +97,11 @@ def _viewpoint(topic: Topic, guid: str) -> str:
     towards /= np.linalg.norm(towards)
     right = np.cross(towards, [0.0, 0.0, 1.0])
     up = np.cross(right / math.hypot(*right), towards)
+    # No colours: version 3.0 holds them otherwise than 2.1 did, and readers stumble; what is selected shows.
     chosen = "".join(f"<Component IfcGuid={quoteattr(g)}/>" for g in topic.guids)
     selection = f"<Selection>{chosen}</Selection>" if chosen else ""
-    colours = (
-        f'<Coloring><Color Color="FFD7301F"><Components>{chosen}</Components></Color></Coloring>' if chosen else ""
-    )
     return (
-        f'<VisualizationInfo Guid="{guid}"><Components>{selection}<Visibility DefaultVisibility="true"/>{colours}'
+        f'<VisualizationInfo Guid="{guid}"><Components>{selection}<Visibility DefaultVisibility="true"/>'
         f"</Components><PerspectiveCamera>{_point('CameraViewPoint', middle - away * towards)}"
         f"{_point('CameraDirection', towards)}{_point('CameraUpVector', up)}"
         "<FieldOfView>60</FieldOfView><AspectRatio>1.333</AspectRatio></PerspectiveCamera></VisualizationInfo>"

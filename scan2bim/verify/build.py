@@ -21,7 +21,8 @@ from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
 from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
-from scan2bim.verify.patches import Gap, find_gaps, main_direction, with_patches
+from scan2bim.verify.outlines import Profiles
+from scan2bim.verify.patches import find_gaps, main_direction, with_patches
 from scan2bim.verify.place import Placement, place_model
 from scan2bim.verify.result import ElementResult, Report
 from scan2bim.verify.status import Surface, judge_elements
@@ -80,13 +81,19 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     table = drawn.moved(placement.matrix)
     progress(0.3)
     unexplained = Unexplained()
+    profiles = Profiles([placed_gap(g, placement.matrix, anchor) for g in gaps])
     measured = compare_points(
-        table, inputs.scan_folders, stations, placement.ignored, [unexplained], lambda s: progress(0.3 + 0.4 * s)
+        table,
+        inputs.scan_folders,
+        stations,
+        placement.ignored,
+        [unexplained, profiles],
+        lambda s: progress(0.3 + 0.4 * s),
     )
     bits = _seen(inputs, model, table, placement, measured.count, anchor, lambda s: progress(0.7 + 0.2 * s))
     surface = Surface(table, measured, bits, reveals(model, table, placement, anchor))
     source = Source(inputs.scan_folders, stations, inputs.frame.shift)
-    return _judged(inputs, settings, Seen(model, gaps, surface, placement, anchor, unexplained, source))
+    return _judged(inputs, settings, Seen(model, profiles, surface, placement, anchor, unexplained, source))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +101,7 @@ class Seen:
     """What was measured, before it is judged."""
 
     model: IfcModel
-    gaps: tuple[Gap, ...]
+    profiles: Profiles
     surface: Surface
     placement: Placement
     anchor: F64
@@ -137,10 +144,11 @@ def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:
         surface=seen.surface,
         order=order,
         ends=ends,
-        gaps=tuple(placed_gap(g, seen.placement.matrix, seen.anchor) for g in seen.gaps),
-        patches=tuple(patches[g.guid] for g in seen.gaps),
-        hosts=tuple(places[g.host] for g in seen.gaps),
+        gaps=seen.profiles.gaps,
+        patches=tuple(patches[g.guid] for g in seen.profiles.gaps),
+        hosts=tuple(places[g.host] for g in seen.profiles.gaps),
         detected=detected_openings(inputs.building),
+        profiles=seen.profiles,
     )
 
 

@@ -28,6 +28,10 @@ ANGLE_STEP = 0.004
 """Normals are grouped in steps of this (radians): far below what the drawing of a curve is divided in."""
 OFFSET_STEP = 0.002
 """Planes are grouped in steps of this, metres: less than any comparison resolves."""
+BODY, FILL, PATCH = 0, 1, 2
+"""Parts that faces play: most measure their element; those of doors and windows in walls only explain points, for
+leaves stand open and linings differ; patches, the wall's surface across an opening, measure there instead."""
+RIM = -2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +41,8 @@ class FaceTable:
     element (f,) int32 place in the model's elements; normal, origin, u, v (f, 3) float64: outward normal, a corner of
     the cells' grid and its axes; size (f,) float64 edge of a cell; shape (f, 2) int32 cells along u and v; start (f,)
     int64 first entry in ``grid``; grid (g,) int32 cell number or -1; two_sided (f,) bool where the body is open, so
-    that its outside is not known; glass (f,) bool.
+    that its outside is not known; glass (f,) bool; part (f,) uint8 one of BODY, FILL, PATCH. Grid entries of RIM belong
+    to cells that a face covers less than half.
     cell_face (c,) int32, cell_at (c, 2) int32 place in the face's grid.
     """
 
@@ -52,6 +57,7 @@ class FaceTable:
     grid: I32
     two_sided: NDArray[np.bool_]
     glass: NDArray[np.bool_]
+    part: NDArray[np.uint8]
     cell_face: I32
     cell_at: I32
 
@@ -100,17 +106,18 @@ class _Group:
     corners: F64
     two_sided: bool
     glass: bool
+    part: int
 
 
 def make_faces(elements: Sequence[ModelElement], anchor: F64) -> FaceTable:
-    """Faces and cells of all elements but openings and what fills them, which is measured on their patches; ``anchor``
-    (3,) is taken off all coordinates.
-    """
+    """Faces and cells of all elements but openings; ``anchor`` (3,) is taken off all coordinates."""
     groups: list[_Group] = []
     patched = {element.guid for element in elements if element.role == "patch"}
     for number, element in enumerate(elements):
-        if element.role != "opening" and not (element.role == "fill" and element.host in patched):
-            groups += _planes(number, element, anchor)
+        if element.role != "opening":
+            fills = element.role == "fill" and element.host in patched
+            part = PATCH if element.role == "patch" else FILL if fills else BODY
+            groups += _planes(number, element, part, anchor)
     corners = np.concatenate([g.corners for g in groups]) if groups else np.zeros((0, 3, 3))
     area = float(np.linalg.norm(_crossed(corners), axis=1).sum()) / 2
     return _table(groups, max(CELL, math.sqrt(area / MOST_CELLS)))
@@ -148,7 +155,7 @@ def _shells(corner: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.unique(label[corner[:, 0]], return_inverse=True)[1]
 
 
-def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
+def _planes(number: int, element: ModelElement, part: int, anchor: F64) -> list[_Group]:
     triangles, kept, closed = oriented(element.vertices, element.triangles)
     glass = element.glass[kept]
     corners = element.vertices[triangles] - anchor
@@ -168,7 +175,7 @@ def _planes(number: int, element: ModelElement, anchor: F64) -> list[_Group]:
         mine = np.flatnonzero(group == which)
         main = mine[np.argmax(length[mine])]
         out.append(
-            _Group(number, normal[main], corners[mine], not closed and element.role != "patch", bool(glass[mine[0]]))
+            _Group(number, normal[main], corners[mine], not closed and part != PATCH, bool(glass[mine[0]]), part)
         )
     return out
 
@@ -211,6 +218,7 @@ def _table(groups: Sequence[_Group], largest: float) -> FaceTable:
         shape = (math.ceil((high[0] - low[0]) / size - 1e-6), math.ceil((high[1] - low[1]) / size - 1e-6))
         grid = np.full(shape, -1, np.int32)
         _fill((flat - low) / size, grid)
+        _rim(grid)
         if grid.max() < 0:
             continue
         origin = low[0] * u + low[1] * v + (group.corners[0, 0] @ group.normal) * group.normal
@@ -241,6 +249,7 @@ def _joined(rows: Sequence[tuple[_Group, F64, F64, F64, float, tuple[int, int]]]
         grid=grid,
         two_sided=np.array([r[0].two_sided for r in rows], bool),
         glass=np.array([r[0].glass for r in rows], bool),
+        part=np.array([r[0].part for r in rows], np.uint8),
         cell_face=face,
         cell_at=at,
     )
@@ -272,3 +281,17 @@ def _fill(flat, grid):  # pyright: ignore
                 b = ((ax - cx) * (y - cy) - (ay - cy) * (x - cx)) / area
                 if a >= -1e-9 and b >= -1e-9 and a + b <= 1.0 + 1e-9:
                     grid[i, j] = 0
+
+
+@nb.njit(cache=True, nogil=True)
+def _rim(grid):  # pyright: ignore
+    """Mark with RIM the cells beside marked ones: a face reaches into them, though not to their middle."""
+    nu, nv = grid.shape
+    for i in range(nu):
+        for j in range(nv):
+            if grid[i, j] != 0:
+                continue
+            for a in range(max(i - 1, 0), min(i + 2, nu)):
+                for b in range(max(j - 1, 0), min(j + 2, nv)):
+                    if grid[a, b] == -1:
+                        grid[a, b] = RIM

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
-from scan2bim.verify.fits import weighted_quantile
 from scan2bim.verify.ifc_model import ModelElement
+from scan2bim.verify.jambs import Change, built_face, detected_change, outline_change
+from scan2bim.verify.outlines import Outline, Profiles, find_outline
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
 from scan2bim.verify.status import Surface
@@ -35,17 +36,10 @@ PLANE = 0.35
 """Metres across the wall within which a detected opening lies in the same wall."""
 ANGLE = 0.97
 """Cosine of the angle between walls that count as one, 14 degrees."""
-MOVED = 0.05
-"""Metres that a detected opening's side must lie outside of the drawn one for it to count as moved: its sides are good
-to some 25 mm."""
-RESIZED = 0.16
-"""Metres that an opening may be narrower than drawn by frames and linings, or wider by trims, of both sides."""
 ALIKE = 0.3
 """Share of a detected and a drawn opening's common area in both together, from which on they are one."""
 SAME_SIZE = 0.2
 """Difference in width and height, of the drawn ones, up to which openings beside each other are one that was moved."""
-JAMB = 0.03
-"""Square metres of a jamb that must be measured for its place to be told to millimetres."""
 SURE = 0.6
 """Confidence from which on a detected opening counts as seen."""
 OPEN = 0.5
@@ -71,7 +65,7 @@ class Side:
 @dataclass(frozen=True, slots=True, eq=False)
 class OpeningContext:
     """All that openings are judged by: the surface, where each element's cells are (``cells_of``), the placed gaps with
-    the places of their patches, and the detected openings.
+    the places of their patches, the detected openings, and the points along the walls near the gaps.
     """
 
     surface: Surface
@@ -81,6 +75,7 @@ class OpeningContext:
     patches: tuple[int, ...]
     hosts: tuple[int, ...]
     detected: tuple[Detected, ...]
+    profiles: Profiles
 
     def cells_of(self, element: int) -> NDArray[np.int64]:
         """Numbers of an element's cells."""
@@ -146,22 +141,18 @@ def _judge(
 ) -> ElementResult:
     gap = context.gaps[number]
     sides = _sides(context, number)
-    jambs = _jambs(context, number)
-    limit = tolerance
-    if jambs is None and found is not None:
-        offset = float((found.middle[:2] - gap.middle[:2]) @ gap.along)
-        narrower = (gap.width - found.width) / 2
-        jambs, limit = _confirmed(context, number, (narrower + offset, narrower - offset)), max(MOVED, tolerance)
-    shift, width = _change(jambs, limit)
-    finding = _finding([side for side in sides if side.seen >= SEEN], found, shift, width, element)
+    outline = _outline(context, number, found)
+    aside = None if found is None else float((found.middle[:2] - gap.middle[:2]) @ gap.along)
+    change = outline_change(outline, tolerance, aside) if outline else detected_change(gap, found)
+    finding = _finding([side for side in sides if side.seen >= SEEN], found, change, element)
     told = finding in ("moved", "resized", "matched")
     up = None if found is None else float(found.middle[2] - found.height / 2 - (gap.middle[2] - gap.height / 2))
     opening = OpeningResult(
         finding=finding,
         host=gap.host,
-        shift_along=None if shift is None or not told else round(shift, 4),
+        shift_along=None if change.shift is None or not told else round(change.shift, 4),
         shift_up=None if up is None or not told else round(up, 4),
-        width_change=None if width is None or not told else round(width, 4),
+        width_change=None if change.width is None or not told else round(change.width, 4),
         height_change=None if found is None or not told else round(found.height - gap.height, 4),
         built_state=_state(found),
     )
@@ -169,49 +160,19 @@ def _judge(
     return _result(element, tolerance, status, reason, opening)
 
 
-def _confirmed(context: OpeningContext, number: int, jambs: tuple[float, float]) -> tuple[float, float]:
-    """Detected jambs, those put back onto the drawn ones that the wall between both does not bear out: outside of the
-    drawn jamb it must be gone, inside it must have been built.
-    """
-    surface, gap = context.surface, context.gaps[number]
+def _outline(context: OpeningContext, number: int, found: Detected | None) -> Outline | None:
+    """The built sides of an opening, looked for at its drawn place and where one was detected."""
+    gap = context.gaps[number]
+    seeds = [0.0] if found is None else [0.0, float((found.middle[:2] - gap.middle[:2]) @ gap.along)]
     wall = context.cells_of(context.hosts[number])
-    wall = wall[np.abs(surface.table.normal[surface.table.cell_face[wall]][:, :2] @ gap.across) > ANGLE]
-    patch = context.cells_of(context.patches[number])
-    out: list[float] = []
-    for sign, inside in zip((1.0, -1.0), jambs, strict=True):
-        cells = wall if inside < 0 else patch
-        offset = surface.table.centres(cells) - gap.middle
-        beyond = -sign * (offset[:, :2] @ gap.along) - gap.width / 2
-        between = (beyond > min(0.0, -inside)) & (beyond < max(0.0, -inside))
-        side = _side(surface, cells[between & (np.abs(offset[:, 2]) < gap.height / 2)])
-        borne = side.deeper + side.through if inside < 0 else side.flush
-        out.append(inside if borne > OPEN else 0.0)
-    return out[0], out[1]
-
-
-def _change(jambs: tuple[float, float] | None, limit: float) -> tuple[float | None, float | None]:
-    """Shift along the wall and change of width from how far the jambs lie inside of the drawn ones.
-
-    A frame or lining before a jamb brings it in, nothing brings it out: a side that lies outside of the drawn one is
-    the wall's own. So an opening has moved by what one side lies outside, if the other lies inside.
-    """
-    if jambs is None:
-        return None, None
-    start, end = jambs
-    if start < -limit and end > 0:
-        return start, 0.0
-    if end < -limit and start > 0:
-        return -end, 0.0
-    if min(start, end) < -limit or start + end > RESIZED:
-        return (start - end) / 2, -(start + end)
-    return 0.0, 0.0
+    faces = built_face(context.surface, wall, gap, -1.0), built_face(context.surface, wall, gap, 1.0)
+    return find_outline(context.profiles, number, faces, seeds)
 
 
 def _finding(
     speaking: Sequence[Side],
     found: Detected | None,
-    shift: float | None,
-    width: float | None,
+    change: Change,
     element: ModelElement,
 ) -> Finding:
     sure = found is not None and found.confidence >= SURE
@@ -219,9 +180,9 @@ def _finding(
         # A closed leaf may be flush with one face of its wall, never with both.
         both = len(speaking) > 1 or element.ifc_class != "IfcDoor"
         return "walled_up" if both else "unseen"
-    if width:
+    if change.width:
         return "resized"
-    if shift:
+    if change.shift:
         return "moved"
     if found is not None or any(side.deeper + side.through >= OPEN for side in speaking):
         return "matched"
@@ -255,27 +216,6 @@ def _side(surface: Surface, cells: NDArray[np.int64]) -> Side:
         blocked=float((before | (~saw & ((bits & BLOCKED) > 0))).sum()) / total,
         visible=float((measured | ((bits & VISIBLE) > 0)).sum()) / total,
     )
-
-
-def _jambs(context: OpeningContext, number: int) -> tuple[float, float] | None:
-    """Metres that the jambs at the start and the end (along the wall) lie inside of the drawn ones, None where not both
-    were measured.
-    """
-    surface, gap = context.surface, context.gaps[number]
-    cells = context.cells_of(context.hosts[number])
-    cells = cells[surface.reveal[cells] & surface.is_measured[cells]]
-    towards = surface.table.normal[surface.table.cell_face[cells]][:, :2] @ gap.along
-    offset = surface.table.centres(cells) - gap.middle
-    along = offset[:, :2] @ gap.along
-    level = np.abs(offset[:, 2]) < gap.height / 2
-    places: list[float] = []
-    for sign in (1.0, -1.0):
-        mine = level & (sign * towards > 0.9) & (np.abs(along + sign * gap.width / 2) < 0.05)
-        area = surface.table.area(cells[mine])
-        if area.sum() < JAMB:
-            return None
-        places.append(weighted_quantile(surface.measured.mean[cells[mine]], area, 0.5))
-    return places[0], places[1]
 
 
 def _state(found: Detected | None) -> Literal["open", "ajar", "closed", "unknown"]:

@@ -29,8 +29,9 @@ STEEPEST = 0.12
 """Cosine of the angle between ray and normal below which a face is seen edge-on and ranges say nothing of it."""
 MARGIN = 0.05
 """Half-width, metres across the face, of "saw it": of a panorama's cell and of what is within reach of points."""
-THROUGH = 0.10
-"""Metres behind a face, across it, from which on a station looked through it: nearer surfaces are its own, moved."""
+THROUGH = 0.05
+"""Metres behind a face, across it, from which on a station looked through it. Only cells without points are asked, and
+what was built up to 20 cm off gives its cells points."""
 
 VISIBLE, LOOKED_THROUGH, BLOCKED, SAW = 1, 2, 4, 8
 """Bits of a cell: not hidden by the model from some station; some station looked through it, was blocked before it, saw

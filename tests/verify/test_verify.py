@@ -14,8 +14,10 @@ import jsonschema
 import laspy
 import numpy as np
 import pytest
+from bcf.v3.bcfxml import BcfXml
 from pxr import Usd, UsdGeom
 from synthetic import scanned, two_rooms, write_scene
+from verify.browser import answer, chromium
 from verify.drawn import Change, draw
 
 from scan2bim.cli import main
@@ -79,9 +81,49 @@ def test_the_findings_are_told_in_a_page_in_bcf_and_in_a_copy_of_the_model(scans
     roots = [ElementTree.fromstring(text).tag for text in texts.values()]
     assert {"Version", "Markup", "VisualizationInfo", "Extensions", "ProjectInfo"} == set(roots)
     assert any(guid.encode() in text for name, text in texts.items() if name.endswith(".bcfv"))
+    read = BcfXml.load(scans / "told" / "findings.bcf")
+    assert read is not None
+    topics = {t.topic.title: t for t in read.topics.values()}
+    assert len(read.topics) == len(report.faults()) + sum(a.guess != "object" for a in report.additions)
+    view = next(iter(next(t for name, t in topics.items() if "middle wall" in name).viewpoints.values()))
+    assert view.snapshot is not None
+    assert view.snapshot.startswith(b"\x89PNG")
+    assert [c.ifc_guid for c in view.visualization_info.components.selection.component] == [guid]
     copy = ifcopenshell.open(str(scans / "told" / "told.verified.ifc"))
     sets = ifcopenshell.util.element.get_psets(copy.by_guid(guid))
     assert sets["Scan2BIM_Verification"]["Status"] == "out_of_tolerance"
+
+
+@pytest.mark.skipif(chromium() is None, reason="needs Chromium")
+def test_the_page_sorts_filters_and_shows_an_element_in_a_browser(scans: Path, tmp_path: Path) -> None:
+    report = verified(scans, "page", changes={"middle wall": Change(left=0.05)})
+    guid = element(report, "middle wall").guid
+    script = """
+      const rows=()=>[...document.querySelectorAll("#table tbody tr")];
+      const column=n=>rows().map(r=>r.children[n].textContent);
+      const out={first:rows()[0].dataset.guid,all:rows().length};
+      document.querySelector("#table th[data-key=name]").click(); out.up=column(2);
+      document.querySelector("#table th[data-key=name]").click(); out.down=column(2);
+      const text=document.getElementById("text"); text.value="outer"; text.oninput(); out.filtered=column(2);
+      text.value=""; text.oninput();
+      document.querySelector('.tile[data-status="out_of_tolerance"]').click(); out.faults=rows().map(r=>r.dataset.guid);
+      document.querySelector('polygon[data-guid="GUID"]').onclick();
+      const detail=document.getElementById("detail");
+      out.shown=detail.style.display; out.text=detail.textContent; out.picture=!!detail.querySelector("img");
+      out.marked=document.querySelectorAll("polygon.on").length; return out;"""
+    told = answer(scans / "page" / "report.html", script.replace("GUID", guid), tmp_path)
+    assert told["errors"] == []
+    assert told["first"] == guid
+    assert told["all"] == len(report.elements)
+    assert told["up"] == sorted(told["up"], key=str.lower)
+    assert told["down"] == told["up"][::-1]
+    assert told["filtered"]
+    assert all(name.startswith("outer wall") for name in told["filtered"])
+    assert set(told["faults"]) == {e.guid for e in report.elements if e.status == "out_of_tolerance"}
+    assert told["shown"] == "block"
+    assert "shifted by" in told["text"]
+    assert told["picture"]
+    assert told["marked"] == 1
 
 
 def test_all_points_come_with_their_element_and_the_unexplained_ones_apart(scans: Path) -> None:

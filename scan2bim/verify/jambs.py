@@ -1,0 +1,107 @@
+"""What the sides of a built opening tell of the drawn one: that it was moved, or is wider or narrower."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.verify.detected import Detected
+from scan2bim.verify.outlines import BESIDE, ON, Outline, Side
+from scan2bim.verify.patches import Gap
+from scan2bim.verify.status import Surface
+
+F64 = NDArray[np.float64]
+
+ANGLE = 0.97
+"""Cosine of the angle between surfaces that count as parallel, 14 degrees."""
+FACE = 0.006
+"""Metres from a wall's drawn face within which a drawn surface is part of it."""
+FEWEST = 6
+"""Cells of a face that must be measured near an opening for its built place to be told there."""
+MOVED = 0.05
+"""Metres that a detected opening must lie aside to count as moved where its sides are not seen: detected sides are good
+to some 25 mm."""
+FRAME = 0.08
+"""Metres that frames, linings or the hinged edge of a leaf may bring a side of an opening in."""
+CERTAIN = 0.8
+"""Confidence from which on a detected opening tells where one is whose sides are not seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Of an opening along its wall, from drawn to built: shift of its middle and change of its width, metres; None
+    where the scans do not show its sides.
+    """
+
+    shift: float | None
+    width: float | None
+
+
+def built_face(surface: Surface, wall: NDArray[np.int64], gap: Gap, sign: float) -> F64:
+    """Place across the wall, metres from the drawn opening's middle, of the wall's face on the side of ``sign`` as
+    built: offset and slope (2,) along the wall, of whose cells ``wall`` are. The drawn place where few were measured.
+    """
+    drawn = gap.low if sign < 0 else gap.high
+    cells = wall[surface.is_measured[wall]]
+    outwards = surface.table.normal[surface.table.cell_face[cells]][:, :2] @ gap.across
+    offset = surface.table.centres(cells) - gap.middle
+    along = offset[:, :2] @ gap.along
+    near = (np.abs(offset[:, 2]) < gap.height / 2) & (sign * outwards > ANGLE)
+    near &= (np.abs(along) < gap.width / 2 + BESIDE) & (np.abs(offset[:, :2] @ gap.across - drawn) < FACE)
+    if near.sum() < FEWEST:
+        return np.array([drawn, 0.0])
+    built = drawn + sign * surface.measured.mean[cells[near]]
+    own = np.abs(built - np.median(built)) < ON
+    design = np.column_stack([np.ones(int(own.sum())), along[near][own]])
+    return np.linalg.lstsq(design, built[own], rcond=None)[0].astype(np.float64)
+
+
+def outline_change(outline: Outline, tolerance: float, detected: float | None) -> Change:
+    """What the sides of an opening tell.
+
+    Wall drawn as opening shows that a side lies further in, points inside the wall outwards of the drawn side that it
+    lies further out; by more than frames, linings and trims hide. Where both hold alike it was moved, for what hides
+    one side hides the other as much; else it is wider or narrower. detected: shift of the detected opening, metres.
+    """
+    start, end = _inwards(outline.start, tolerance), _inwards(outline.end, tolerance)
+    if start < 0 < end:
+        hint = None if detected is None else start - 2 * detected
+        end = _seen_twice(outline.end, start, hint)
+    elif end < 0 < start:
+        hint = None if detected is None else 2 * detected + end
+        start = _seen_twice(outline.start, end, hint)
+    if start * end < 0 and abs(start + end) < 2 * FRAME:
+        return Change((start - end) / 2, 0.0)
+    if start == 0.0 == end:
+        return Change(0.0, 0.0)
+    if start and end:
+        return Change((start - end) / 2, -(start + end))
+    hidden = min(max(outline.end.wall if start else outline.start.wall, -FRAME), FRAME)
+    change = start + end - hidden
+    return Change((change if start else -change) / 2, -change) if abs(change) > tolerance else Change(0.0, 0.0)
+
+
+def _inwards(side: Side, tolerance: float) -> float:
+    """Metres that a side lies inwards of the drawn one, negative outwards; 0 where it may lie there."""
+    if side.hollow and side.inside < -tolerance:
+        return side.wall
+    return side.built if side.built > FRAME else 0.0
+
+
+def _seen_twice(side: Side, other: float, hint: float | None) -> float:
+    """Metres that a side lies inwards, seen from the wall or from the opening: furniture breaks a wall, leaves narrow
+    an opening. The one that is nearer to the hint, or where none was detected to what the other lies outwards.
+    """
+    expected = -other if hint is None else hint
+    return min((side.built, side.wall), key=lambda value: abs(value - expected))
+
+
+def detected_change(gap: Gap, found: Detected | None) -> Change:
+    """The same from a detected opening alone, as of a closed door flush with its wall."""
+    if found is None:
+        return Change(None, None)
+    shift, width = float((found.middle[:2] - gap.middle[:2]) @ gap.along), found.width - gap.width
+    moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.confidence > CERTAIN
+    return Change(shift if moved else 0.0, 0.0)

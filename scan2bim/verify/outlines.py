@@ -1,0 +1,198 @@
+"""Where the scans show the sides of openings: points on the faces of a wall and inside its body, along the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from scan2bim.cloud.tiles import POINT, STEPS, TILE
+from scan2bim.verify.compare import Owned
+from scan2bim.verify.patches import Gap
+
+F64 = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+U32 = NDArray[np.uint32]
+
+BIN = 0.004
+"""Width of a bin along the wall, metres: its middle is to be told to 3 mm from two sides."""
+DEEP = 0.004
+"""Depth of a bin across the wall, metres."""
+BESIDE = 0.6
+"""Metres beside a drawn opening within which its sides are looked for: more is another opening."""
+AROUND = 0.2
+"""Metres before the wall's drawn faces within which its built ones are looked for."""
+MIDDLE = (0.15, 0.90)
+"""Shares of an opening's height between which points tell its sides: below are thresholds and what stands on the floor,
+above a head that was built lower."""
+ON = 0.012
+"""Half-width of a wall's face, metres: four times the noise of single points."""
+ABSENT = 0.2
+"""What a bin without wall speaks for an opening, of what one of wall speaks against it: furniture may hide it."""
+INSIDE = 0.03
+"""Share of the points inside the wall that may lie outside of where an opening begins: mixed pixels at its edges."""
+LEAST = 20
+"""Points inside the wall that a side is told by."""
+PIER = 0.12
+"""Metres of wall at which an opening ends even if another lies behind it: an open leaf crosses a face over less."""
+BREAK = 0.05
+"""Metres without wall at which a wall ends."""
+DENSE = 0.4
+"""Of the median density of points on a face near an opening, from which on a bin shows wall. Inside a drawn opening
+each face that was seen must show it, for an open leaf crosses one; beside it one will do, for furniture hides some."""
+SMOOTH = 3
+"""Bins that the density is smoothed over."""
+FEW = 2
+"""Points inside the wall of a bin that speaks for an opening."""
+STRIP = 0.15
+"""Metres beside a side in which these are counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Where a side of an opening lies, metres inwards of the drawn one: between the last of the wall and the first of
+    what is inside the wall; trims keep them apart. built: over how many metres from the drawn side inwards wall goes
+    on. hollow: whether points were seen inside the wall outwards of the drawn side.
+    """
+
+    wall: float
+    inside: float
+    built: float
+    hollow: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Both sides of an opening as built, start and end along the wall, and how much speaks for it, in bins."""
+
+    start: Side
+    end: Side
+    weight: float
+
+
+class Profiles:
+    """Counts the points near each gap by their places along and across its wall; a sink of ``compare_points``."""
+
+    def __init__(self, gaps: Sequence[Gap]) -> None:
+        self.gaps = tuple(gaps)
+        half = np.array([g.width / 2 + BESIDE for g in gaps])
+        low, high = np.array([g.low - AROUND for g in gaps]), np.array([g.high + AROUND for g in gaps])
+        self._shape = np.column_stack([np.ceil(2 * half / BIN), np.ceil((high - low) / DEEP)]).astype(np.int64)
+        self._start = np.concatenate([[0], np.cumsum(self._shape.prod(axis=1))]).astype(np.int64)
+        self._counts = np.zeros(int(self._start[-1]), np.uint32)
+        rows = [
+            (*g.middle, *g.along, h, a, g.height * (MIDDLE[0] - 0.5), g.height * (MIDDLE[1] - 0.5))
+            for g, h, a in zip(gaps, half, low, strict=True)
+        ]
+        self._places = np.array(rows, np.float64).reshape(-1, 9)
+        reach = np.column_stack([half + np.maximum(np.abs(low), np.abs(high))] * 2)
+        plan = np.array([g.middle[:2] for g in gaps], np.float64).reshape(-1, 2)
+        self._box = np.concatenate([plan - reach, plan + reach], axis=1)
+
+    def __call__(self, owned: Owned) -> None:
+        """Take a run's points."""
+        low = owned.corner[:2]
+        near = (self._box[:, :2] < low + TILE).all(axis=1) & (self._box[:, 2:] > low).all(axis=1)
+        rows = np.flatnonzero(near)
+        if len(rows):
+            raw = owned.records.view(np.uint8).reshape(-1, POINT.itemsize)
+            _count(
+                raw, owned.owner, owned.corner, self._places[rows], self._shape[rows], self._start[rows], self._counts
+            )
+
+    def image(self, number: int) -> U32:
+        """(n, m) counts of a gap's points along and across its wall."""
+        first, last = self._start[number], self._start[number + 1]
+        return self._counts[first:last].reshape(tuple(self._shape[number]))
+
+
+@nb.njit(cache=True, nogil=True)
+def _count(raw, owner, corner, places, shape, start, counts):  # pyright: ignore
+    """Add a run's points (n, 12) uint8 to the images of the gaps ``places`` (g, 9)."""
+    step = TILE / STEPS
+    for i in range(raw.shape[0]):
+        if owner[i] == -3:
+            continue
+        x = ((np.int64(raw[i, 0]) | np.int64(raw[i, 1]) << 8) + 0.5) * step + corner[0]
+        y = ((np.int64(raw[i, 2]) | np.int64(raw[i, 3]) << 8) + 0.5) * step + corner[1]
+        z = ((np.int64(raw[i, 4]) | np.int64(raw[i, 5]) << 8) + 0.5) * step + corner[2]
+        for g in range(places.shape[0]):
+            up = z - places[g, 2]
+            if up < places[g, 7] or up > places[g, 8]:
+                continue
+            dx = x - places[g, 0]
+            dy = y - places[g, 1]
+            a = int(np.floor((dx * places[g, 3] + dy * places[g, 4] + places[g, 5]) / BIN))
+            b = int(np.floor((dy * places[g, 3] - dx * places[g, 4] - places[g, 6]) / DEEP))
+            if a >= 0 and b >= 0 and a < shape[g, 0] and b < shape[g, 1]:
+                counts[start[g] + a * shape[g, 1] + b] += 1
+
+
+def find_outline(profiles: Profiles, number: int, faces: tuple[F64, F64], seeds: Sequence[float]) -> Outline | None:
+    """The opening round one of the ``seeds`` (metres along the wall from the drawn middle) that most speaks for, None
+    where the scans do not show its sides. faces: offset and slope (2,) along the wall of the lower and the upper face
+    as built, metres across it from the drawn middle.
+    """
+    gap, image = profiles.gaps[number], profiles.image(number)
+    half = gap.width / 2 + BESIDE
+    along = (np.arange(image.shape[0]) + 0.5) * BIN - half
+    across = (np.arange(image.shape[1]) + 0.5) * DEEP + gap.low - AROUND
+    low, high = (face[0] + face[1] * along for face in faces)
+    on = np.array([(image * (np.abs(across - place[:, None]) < ON)).sum(axis=1) for place in (low, high)])
+    seen = (on > 0).sum(axis=1) * BIN >= STRIP
+    if not seen.any():
+        return None
+    dense = np.array([DENSE * np.median(face[face > 0]) for face in on[seen]])
+    walls = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1) >= dense[:, None]
+    within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
+    inside = (image * within).sum(axis=1).astype(np.float64)
+    found = [_outline(walls, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
+    return max((o for o in found if o is not None), key=lambda o: o.weight, default=None)
+
+
+def _outline(walls: Mask, inside: F64, seed: int, width: float) -> Outline | None:
+    """The stretch of bins round a seed that most speaks for, with its sides; walls (f, n) bins with wall on each face
+    that was seen, inside (n,) points inside it.
+    """
+    wall = walls.any(axis=0)
+    if not 0 < seed < len(wall) or wall[seed]:
+        return None
+    speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))
+    (to_left, left), (to_right, right) = (_most(np.cumsum(part)) for part in (speaks[:seed][::-1], speaks[seed:]))
+    start = _side(walls[:, ::-1], inside[::-1], len(wall) - seed + to_left, width)
+    end = _side(walls, inside, seed + to_right, width)
+    return Outline(start, end, left + right) if start and end else None
+
+
+def _most(sums: F64) -> tuple[int, float]:
+    """How many bins from the seed on add up to most, before a pier takes off as much, and their sum."""
+    ended = np.flatnonzero(np.maximum.accumulate(sums) - sums > PIER / BIN)
+    sums = sums[: int(ended[0])] if len(ended) else sums
+    best = int(np.argmax(sums))
+    return best + 1, float(sums[best])
+
+
+def _side(walls: Mask, inside: F64, place: int, width: float) -> Side | None:
+    """The side at the end of an opening: ``place`` is the first bin of the wall behind it. None without such wall."""
+    strip = round(STRIP / BIN)
+    if walls[:, place : place + strip].any(axis=0).sum() < strip // 2:
+        return None
+    drawn = len(inside) / 2 + width / 2 / BIN
+    reveal = place + round(ON / BIN)  # near the faces a reveal's points lie on them, too
+    mass = np.cumsum(inside[max(place - strip, 0) : reveal][::-1])
+    begin = int(np.searchsorted(mass, INSIDE * mass[-1])) if len(mass) and mass[-1] >= LEAST else reveal - place
+    built = _unbroken(walls[:, : round(drawn)].all(axis=0)[::-1])
+    hollow = float(inside[round(drawn + ON / BIN) : reveal].sum()) >= LEAST
+    return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow)
+
+
+def _unbroken(wall: Mask) -> int:
+    """Bins over which wall goes on from the first; a break ends it."""
+    bins = np.flatnonzero(wall)
+    gaps = np.diff(bins, prepend=-1, append=len(wall) + round(BREAK / BIN) + 1)
+    broken = int(np.argmax(gaps > BREAK / BIN))
+    return int(bins[broken - 1]) + 1 if broken else 0

@@ -1,0 +1,60 @@
+"""What the points along a wall tell of an opening's sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scan2bim.cloud.tiles import POINT, STEPS, TILE
+from scan2bim.verify.compare import Owned
+from scan2bim.verify.jambs import Change, outline_change
+from scan2bim.verify.outlines import Profiles, find_outline
+from scan2bim.verify.patches import Gap
+
+WIDTH, HEIGHT, HALF = 0.9, 2.0, 0.06
+GAP = Gap("gap", "wall", None, np.array([4.0, 4.0, 1.0]), np.array([1.0, 0.0]), WIDTH, HEIGHT, -HALF, HALF)
+
+
+def scanned(start: float, end: float, frame: float = 0.0) -> np.ndarray:
+    """(n, 3) points of a wall with an opening from start to end (metres from the drawn middle): both faces, which a
+    frame is flush with, and bare reveals.
+    """
+    rng = np.random.default_rng(0)
+    along, up = rng.uniform(-1.4, 1.4, 20_000), rng.uniform(-1.0, 1.0, 20_000)
+    kept = (along < start + frame) | (along > end - frame)
+    side = rng.choice([-HALF, HALF], int(kept.sum()))
+    faces = np.column_stack([along[kept], side + rng.normal(0, 0.002, len(side)), up[kept]])
+    jambs = rng.choice([start + frame, end - frame], 2000) + rng.normal(0, 0.002, 2000)
+    reveals = np.column_stack([jambs, rng.uniform(-HALF, HALF, 2000), rng.uniform(-1.0, 1.0, 2000)])
+    return np.concatenate([faces, reveals]) + GAP.middle
+
+
+def change(start: float, end: float, frame: float = 0.0) -> Change:
+    profiles = Profiles([GAP])
+    records = np.zeros(len(points := scanned(start, end, frame)), POINT)
+    for axis, name in enumerate("xyz"):
+        records[name] = points[:, axis] / TILE * STEPS
+    profiles(Owned(np.zeros(3), records, np.zeros(len(points), np.int32)))
+    outline = find_outline(profiles, 0, (np.array([-HALF, 0.0]), np.array([HALF, 0.0])), [0.0])
+    assert outline is not None
+    return outline_change(outline, 0.01, None)
+
+
+@pytest.mark.parametrize("frame", [0.0, 0.04])
+def test_an_opening_built_as_drawn_has_not_changed_whatever_its_frame(frame: float) -> None:
+    assert change(-WIDTH / 2, WIDTH / 2, frame) == Change(0.0, 0.0)
+
+
+@pytest.mark.parametrize("frame", [0.0, 0.04])
+@pytest.mark.parametrize("shift", [0.11, -0.3])
+def test_a_shift_is_told_to_3_mm_whatever_the_frame(shift: float, frame: float) -> None:
+    found = change(shift - WIDTH / 2, shift + WIDTH / 2, frame)
+    assert found.width == 0.0
+    assert found.shift == pytest.approx(shift, abs=0.003)
+
+
+@pytest.mark.parametrize("wider", [0.15, -0.25])
+def test_an_opening_wider_or_narrower_on_one_side_is_told_as_resized(wider: float) -> None:
+    found = change(-WIDTH / 2, WIDTH / 2 + wider)
+    assert found.width == pytest.approx(wider, abs=0.008)
+    assert found.shift == pytest.approx(wider / 2, abs=0.004)
