@@ -28,6 +28,10 @@ VERIFY = """\
 Compare a model (any IFC) with scans: what was not built as drawn, by how much,
 and what could not be seen. The report's folder gets report.html, report.json,
 findings.bcf and a copy of the model with the results."""
+NEXT_SCAN = """\
+Propose where further stations would see most of what is missing: faces that were not
+seen, and floor of which nothing is known. PATH: the scans, the work folder of their
+conversion, or the .json model beside it."""
 FAILING = ("out-of-tolerance", "missing", "occluded", "not-enough-data", "additions", "misplaced-scans")
 EXIT_CODES = """exit codes:
   0 done   1 other error   2 usage   3 unreadable input   4 input that cannot make a building
@@ -43,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         import importlib
 
-        command = importlib.import_module(f"scan2bim.commands.{options.command}")
+        command = importlib.import_module(f"scan2bim.commands.{options.command.replace('-', '_')}")
         code = int(command.run(options))
         sys.stdout.flush()
     except BaseException as error:
@@ -79,6 +83,7 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_verify(verify)
+    _add_next_scan(commands.add_parser("next-scan", help="where to scan next", description=NEXT_SCAN))
     info = commands.add_parser("info", help="what is in the scans", description="Tell what is in the scans.")
     _add_paths(info)
     _add_frame(info)
@@ -159,6 +164,22 @@ def _add_verify(verify: argparse.ArgumentParser) -> None:
     _add_work(verify)
     _add_frame(verify)
     _add_talk(verify)
+
+
+def _add_next_scan(parser: argparse.ArgumentParser) -> None:
+    _add_paths(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        action="append",
+        required=True,
+        metavar="OUT",
+        help="file to write: .json, or plan as .png or .svg; may be given again",
+    )
+    parser.add_argument("--count", type=_positive, default=3, metavar="N", help="stations, at most (default 3)")
+    _add_work(parser)
+    _add_frame(parser)
+    _add_talk(parser)
 
 
 def _add_talk(parser: argparse.ArgumentParser) -> None:

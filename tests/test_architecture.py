@@ -38,6 +38,7 @@ LAYER_OF_MODULE = {
             "assemble_members",
             "assemble_plates",
             "verification",
+            "surveying",
         ),
         "pipeline",
     ),

@@ -55,7 +55,7 @@ def outcome_text(outcome: Outcome) -> str:
     lines = [
         f"{building.name}: {several(outcome.scans, 'scan')}, {several(outcome.points, 'point')}",
         "",
-        *_table(rows),
+        *table(rows),
         "",
     ]
     if covered := coverage_line(building):
@@ -119,7 +119,7 @@ def plan_text(plan: Plan, request: Request) -> str:
     lines = [
         f"{several(plan.scans, 'scan')}, {several(plan.points, 'point')}, work folder {request.work}",
         "",
-        *_table(rows),
+        *table(rows),
         "",
     ]
     lines += [f"left out: {text}" for text in plan.skipped]
@@ -148,12 +148,13 @@ def plan_json(plan: Plan, request: Request) -> dict[str, Any]:
     }
 
 
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Columns aligned, the first to the left, the others to the right."""
+def table(rows: Sequence[Sequence[str]], left: Sequence[int] = (0,)) -> list[str]:
+    """Columns aligned, those of ``left`` to the left, the others to the right."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return [
         "  ".join(
-            [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        )
+            cell.ljust(width) if i in left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
         for row in rows
     ]

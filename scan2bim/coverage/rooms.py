@@ -7,14 +7,14 @@ model itself stands between two places.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.model.elements import Storey, Wall
+from scan2bim.model.elements import Opening, Storey, Wall
 from scan2bim.model.queries import wall_arc, wall_length
 
 F64 = NDArray[np.float64]
@@ -84,7 +84,7 @@ def rooms_of(storey: Storey, yaw: float, rim: float = RIM) -> Rooms | None:
     floor, ceiling = np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)
     raster = Rooms(origin, yaw, space, floor, ceiling, np.zeros(shape, np.bool_))
     for wall in storey.walls:
-        _cut_openings(wall, raster)
+        _cut_openings(wall, raster, lambda _: True)
     for number, room in enumerate(storey.spaces):
         mask = drawn([room.outline, *room.holes], raster)
         space[mask] = number
@@ -99,14 +99,27 @@ def drawn(rings: Sequence[Sequence[tuple[float, float]]], raster: Rooms) -> NDAr
     mask = np.zeros(raster.space.shape, np.uint8)
     corners = [raster.turned(np.array(ring)) / PIXEL - 0.5 for ring in rings]
     fixed = [np.rint(ring * (1 << _FIXED)).astype(np.int32) for ring in corners]
-    cv2.fillPoly(mask, fixed, 1, shift=_FIXED)
+    if fixed:
+        cv2.fillPoly(mask, fixed, 1, shift=_FIXED)
     return mask > 0
 
 
-def _cut_openings(wall: Wall, raster: Rooms) -> None:
+def with_openings(storey: Storey, raster: Rooms, wanted: Callable[[Opening], bool]) -> Rooms:
+    """The raster with air in the spaces and in those openings alone that are ``wanted``."""
+    inside = raster.space >= 0
+    low = np.where(inside, raster.low, np.float32(np.inf)).astype(np.float32)
+    high = np.where(inside, raster.high, np.float32(-np.inf)).astype(np.float32)
+    out = replace(raster, low=low, high=high)
+    for wall in storey.walls:
+        _cut_openings(wall, out, wanted)
+    low[inside], high[inside] = raster.low[inside], raster.high[inside]
+    return out
+
+
+def _cut_openings(wall: Wall, raster: Rooms, wanted: Callable[[Opening], bool]) -> None:
     """Air from sill to head through the wall; a pixel farther on either side, so that it joins the spaces."""
     for opening in wall.openings:
-        if opening.depth is not None:
+        if opening.depth is not None or not wanted(opening):
             continue
         mask = drawn(
             [_stretch(wall, opening.offset.value, opening.offset.value + opening.width.value, 1.5 * PIXEL)], raster

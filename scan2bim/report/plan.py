@@ -195,7 +195,7 @@ def _storey_marks(view: View, storey: Storey, building: Building, background: Pl
             yield line(view.page(edge), colour, 3, dash=7)
     for chain in dimension_lines(storey, building):
         yield from plan_dimensions.draw_dimensions(view, chain)
-    for position in _scanner_positions(storey, building):
+    for position in scanner_positions(storey, building):
         yield from draw_scanner(view, position)
     if view.scale >= _LABELLED:
         for wall, opening in hosted:
@@ -222,7 +222,8 @@ def _walls(view: View, storey: Storey, see_through: bool) -> Iterator[Mark]:
                 yield Shape(rings, stroke=colour if see_through else palette.INK, width=1)
 
 
-def _scanner_positions(storey: Storey, building: Building) -> list[tuple[float, float, float]]:
+def scanner_positions(storey: Storey, building: Building) -> list[tuple[float, float, float]]:
+    """Those of the scans taken in a storey."""
     low = storey.elevation.value
     high = low + (storey.height.value if storey.height is not None else _DEFAULT_HEIGHT)
     return [scan.position for scan in building.scans if scan.position and low <= scan.position[2] <= high]
