@@ -41,7 +41,7 @@ SURER = 0.2
 """Difference of probabilities by which a window must be surer than a closed door to replace it."""
 STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
-LOOKED_THROUGH = 0.3
+LOOKED_THROUGH = 0.15
 """Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
 
 
@@ -57,7 +57,7 @@ def find_openings(
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
     found = openings_of(structure, scene, scan_folders, folder, settings, progress)
-    save_openings(_once(completed(found), structure.storeys), folder / "openings.json")
+    save_openings(without_overlaps(completed(found), structure.storeys), folder / "openings.json")
 
 
 def draw_openings(
@@ -90,19 +90,16 @@ def openings_of(
 
     ``folder`` holds points meanwhile.
     """
-    virtual = [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
+    virtual = virtual_stations(structure, scene)
     index = PlanIndex(scene.surfels.xyz)
     found: list[OpeningShape] = []
     for near in near_walls(structure, scene, scan_folders, folder, progress):
-        image = wall_image(
-            near.wall, near.points, near.panoramas or _close(virtual[near.storey], near.wall), scene.stations
-        )
-        seen = find_open(near.storey, near.place, near.wall, image)
+        seen = near.looked_through(scene, virtual)
         faces = near.faces(structure, scene)
         if settings.method == "paper":
             found += [*seen, *paper_openings(near.storey, near.place, faces, settings)]
         else:
-            hung = [_with_leaf(opening, near.wall, scene.surfels, index) for opening in seen]
+            hung = [with_leaf(opening, near.wall, scene.surfels, index) for opening in seen]
             found += [replace(opening, confidence=probability(opening, near.wall)) for opening in hung]
             found += closed_openings(near.storey, near.place, near.wall, faces, near.points)
     return found
@@ -117,6 +114,13 @@ class NearWall:
     wall: WallShape
     points: WallPoints
     panoramas: dict[int, Panorama]
+
+    def looked_through(self, scene: Scene, virtual: Sequence[Mapping[int, Panorama]]) -> list[OpeningShape]:
+        """Its openings that were looked through; ``virtual`` stations of each storey."""
+        panoramas = self.panoramas or _close(virtual[self.storey], self.wall)
+        return find_open(
+            self.storey, self.place, self.wall, wall_image(self.wall, self.points, panoramas, scene.stations)
+        )
 
     def faces(self, structure: StructureShape, scene: Scene) -> list[Face]:
         """Its faces that were seen."""
@@ -141,6 +145,11 @@ def near_walls(
         progress((done + 1) / len(walls))
 
 
+def virtual_stations(structure: StructureShape, scene: Scene) -> list[dict[int, Panorama]]:
+    """Made-up stations of each storey, none where the scans' own positions are known."""
+    return [{} if scene.panoramas else _virtual(storey, scene.surfels) for storey in structure.storeys]
+
+
 def _virtual(storey: StoreyShape, surfels: Surfels) -> dict[int, Panorama]:
     """Made-up stations in a storey."""
     z = surfels.xyz[:, 2]
@@ -157,7 +166,7 @@ def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Pano
     return {n: panoramas[n] for n, is_near in zip(numbers, near, strict=True) if is_near}
 
 
-def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
+def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
     """A door with the leaf that was seen at it; a wide opening without one is a passage."""
     if opening.kind == "window" or opening.glazed or opening.width < NARROWEST_LEAF:
         return opening
@@ -183,7 +192,7 @@ def _with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: 
     return opening
 
 
-def _once(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
+def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
     """Without the less sure of two openings that overlap in one wall; a closed leaf that nobody looked through is surer
     than rays that did not return. Of those that stand side by side, the less sure one ends where the other begins.
     """

@@ -32,15 +32,15 @@ BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.01)
 def examples(scene: Path, work: Path) -> tuple[F64, NDArray[np.bool_]]:
     """Features (n, k) of the openings that were looked through, and which are right (n,)."""
     truth: dict[str, Any] = json.loads((scene / "truth.json").read_text())
-    shift = np.array(json.loads(_one(work, "survey", "frame.json").read_text())["shift"])
-    structure = StructureShape.load(_one(work, "structure", "structure.json"))
+    shift = np.array(json.loads(one(work, "survey", "frame.json").read_text())["shift"])
+    structure = StructureShape.load(one(work, "structure", "structure.json"))
     rows, right = [], []
-    for opening in load_openings(_one(work, "openings", "openings.json")):
+    for opening in load_openings(one(work, "openings", "openings.json")):
         if opening.sides == 0:
             continue  # found as a closed door: that has weights of its own
         wall = structure.storeys[opening.storey].walls[opening.wall]
         overlaps = [
-            _overlap(opening, wall, np.array(true["corners"]) - shift)
+            overlap(opening, wall, np.array(true["corners"]) - shift)
             for kind in KINDS[opening.kind]
             for true in truth[kind]
         ]
@@ -49,11 +49,11 @@ def examples(scene: Path, work: Path) -> tuple[F64, NDArray[np.bool_]]:
     return np.array(rows).reshape(-1, len(WEIGHTS)), np.array(right, bool)
 
 
-def _one(work: Path, stage: str, name: str) -> Path:
+def one(work: Path, stage: str, name: str) -> Path:
     return max((work / "stages" / stage).glob(f"*/{name}"), key=lambda p: p.stat().st_mtime)
 
 
-def _overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
+def overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
     """Intersection over union with a true opening in the wall's plane; 0 where that is in another plane."""
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / np.linalg.norm(end - start)

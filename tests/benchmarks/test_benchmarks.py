@@ -11,6 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))  # the commands are scripts and import each other as such
 
+import ablation
 import clouds
 import cost
 import decode
@@ -96,6 +97,14 @@ def test_flats_stand_in_rows_on_storeys_without_gaps() -> None:
     assert tower.places(20)[-1] == tower.Place(4, 3)
     assert {place.above for place in tower.places(2)} == {0, 1}
     assert all(len(set(tower.places(n))) == n for n in cost.SIZES)
+
+
+def test_an_ablation_adds_up_its_scenes() -> None:
+    one = ablation.Count(1, 2, 3, 4, 1, 3, (0.8, 0.9, 0.9, 1.0))
+    none = ablation.Count(0, 1, 0, 0, 0, 0, ())
+    text = ablation.report({"all": [one, none], "nothing": [none]}, ["a", "b"])
+    assert "| all | 1 of 3 | 3 of 4 | 1 | 0.67 | 0.75 | 0.90 |" in text
+    assert "| nothing | 0 of 1 | 0 of 0 | 0 | 0.00 | – | – |" in text
 
 
 def test_experiments_stand_beside_the_papers_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

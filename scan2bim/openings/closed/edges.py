@@ -20,8 +20,10 @@ from scan2bim.openings.closed.contrast import BLOCK
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.orthoimage import PIXEL
 
-REACH = 0.20
-"""Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width and a frame's."""
+REACH = 0.28
+"""Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width, a frame's, and wall
+beside them.
+"""
 FARTHEST, NEAR = 0.10, 0.03
 """Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's; and a
 hairline, as which chance shows more often.
@@ -38,10 +40,16 @@ furniture hides in part would set one height's light against another's.
 """
 STANDS_OUT = 0.004
 """Metres by which a trim stands out from the wall at least."""
+BESIDE, OFF = 0.16, 0.03
+"""Distance outwards, metres, from which on the wall shows beside a trim; and how far from its fitted plane it may lie
+there: a wide door's leaf may have drawn that plane to itself.
+"""
 TRIM_WIDTH = (0.02, 0.15)
 """Widths of trims, metres."""
 LINING = (0.015, 0.05)
 """Widths, metres, of the strip of lining that shows between trim and leaf."""
+FLUSH = 0.02
+"""Distance from the wall, metres, up to which a leaf right inside a trim may have a gap that shows its edge."""
 AGREE = 0.02
 """Metres to which the edges of both faces agree, if both are the opening's."""
 LAP = 0.025
@@ -58,11 +66,14 @@ Kind = Literal["step", "trim", "lined", "gap"]
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A side or head of an opening at ``place`` metres, with its sigma, and what showed it."""
+    """A side or head of an opening at ``place`` metres, with its sigma, and what showed it; ``deeper`` whether what is
+    inside lies deeper than what is outside.
+    """
 
     place: float
     sigma: float
     kind: Kind
+    deeper: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,30 +106,32 @@ def refined(faces: Sequence[Face], box: Rectangle) -> tuple[Rectangle, Edge | No
 
 def _of_face(face: Face, box: Rectangle) -> list[Edge | None]:
     """The edges left, right and at the head on one face. A lining that shows on one side is there on all, and where
-    there is a trim, another step is its outer edge or none of the door's.
+    there is a trim, a step that goes not deeper is its outer edge or none of the door's.
     """
     profiles = (_upright(face, box, box.left, -1), _upright(face, box, box.right, 1), _level(face, box))
-    edges = [_edge(profile) for profile in profiles]
+    wall = _wall(profiles)
+    edges = [_edge(profile, wall) for profile in profiles]
     kinds = {e.kind for e in edges if e is not None}
     if "lined" in kinds:
         edges = [replace(e, place=e.place + LAP, kind="lined") if e and e.kind == "trim" else e for e in edges]
     if kinds & {"trim", "lined"}:
-        edges = [e if e and e.kind in ("trim", "lined") else None for e in edges]
+        edges = [e if e and e.deeper else None for e in edges]
     return edges
 
 
 def _best(found: Sequence[Edge | None]) -> Edge | None:
-    """The edge that is known best; of two of one kind their mean, or where they do not agree the one that is nearer to
-    the rectangle's side.
+    """The edge that is known best, by depth rather than by colour; of two of one kind their mean, or where they do not
+    agree the one that is nearer to the rectangle's side.
     """
-    edges = [e for e in found if e is not None]
-    if not edges:
+    seen = [e for e in found if e is not None]
+    if not seen:
         return None
+    edges = [e for e in seen if e.deeper] or seen
     sure = min(e.sigma for e in edges)
     best = sorted((e for e in edges if e.sigma == sure), key=lambda e: abs(e.place))
     if abs(best[-1].place - best[0].place) > AGREE:
         best = best[:1]
-    return Edge(float(np.mean([e.place for e in best])), sure, best[0].kind)
+    return replace(best[0], place=float(np.mean([e.place for e in best])))
 
 
 def _upright(face: Face, box: Rectangle, side: float, outward: int) -> _Profile:
@@ -165,20 +178,25 @@ def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measu
     return _Profile(t, out, means, noise)
 
 
-def _edge(profile: _Profile) -> Edge | None:
-    """The opening's edge as one face shows it, ``place`` outwards from the side."""
+def _wall(profiles: Sequence[_Profile]) -> float:
+    """Depth of the wall beside a rectangle, metres, from all its sides."""
+    depths = np.concatenate([p.values[p.t > BESIDE, 3] for p in profiles])
+    near = depths[np.abs(depths) < OFF]
+    return float(np.median(near)) if len(near) >= 3 else 0.0
+
+
+def _edge(profile: _Profile, wall: float) -> Edge | None:
+    """The opening's edge as one face shows it, ``place`` outwards from the side; ``wall`` is the depth beside it."""
     known = np.isfinite(profile.values[:, 3])
     if known.sum() < LEAST_PLACES:
         return None
     seen = _Profile(profile.t[known], profile.values[known], profile.means[known], profile.noise)
-    return _trim(seen) or _outermost_step(seen)
+    return _trim(seen, wall) or _outermost_step(seen)
 
 
-def _trim(profile: _Profile) -> Edge | None:
+def _trim(profile: _Profile, wall: float) -> Edge | None:
     """The edge that a strip standing out from the wall laps over."""
     t, depth = profile.t, profile.values[:, 3]
-    outside = depth[t > 0.12]
-    wall = float(np.median(outside[np.abs(outside) < 0.012])) if (np.abs(outside) < 0.012).sum() >= 3 else 0.0
     for first, last in _runs(depth - wall > STANDS_OUT):
         width = t[last] - t[first] + PIXEL
         if not (TRIM_WIDTH[0] <= width <= TRIM_WIDTH[1]) or first < 2 or last == len(t) - 1:
@@ -186,7 +204,8 @@ def _trim(profile: _Profile) -> Edge | None:
         top = float(np.median(depth[first : last + 1]))
         inner = _crossing(t, depth, first - 1, (top + depth[first - 2]) / 2)
         lined = _lining(profile, depth - wall, first, inner)
-        return Edge(inner + LAP, SIGMAS["lined"], "lined") if lined else Edge(inner, SIGMAS["trim"], "trim")
+        kind: Kind = "lined" if lined else "trim"
+        return Edge(inner + LAP * lined, SIGMAS[kind], kind, True)
     return None
 
 
@@ -199,6 +218,8 @@ def _lining(profile: _Profile, depth: F64, first: int, inner: float) -> bool:
         strip += 1
     if LINING[0] <= strip * PIXEL <= LINING[1]:
         return True
+    if abs(depth[first - 2]) > FLUSH:
+        return False
     gap = _hairline(profile, first - 2, first - 5)
     return gap is not None and inner - gap > LINING[0]
 
@@ -246,7 +267,8 @@ def _outermost_step(profile: _Profile) -> Edge | None:
             k = int(np.argmax(change))
             near = range(max(i - 3, 0), min(i + 3, len(t) - 1))
             at = max(near, key=lambda j: abs(values[j + 1, k] - values[j, k]))
-            return Edge(_crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2), SIGMAS["step"], "step")
+            place = _crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2)
+            return Edge(place, SIGMAS["step"], "step", bool(outer[3] - inner[3] > DEPTH_STEP))
         if t[i] < NEAR and _hairline(profile, i, i - 1) is not None:
-            return Edge(float(t[i]) + FRAME, SIGMAS["gap"], "gap")
+            return Edge(float(t[i]) + FRAME, SIGMAS["gap"], "gap", False)
     return None
