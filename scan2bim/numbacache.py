@@ -15,6 +15,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from scan2bim.absent import absent
+
 VARIABLE = "NUMBA_CACHE_DIR"
 
 
@@ -51,7 +53,9 @@ def load_without_compiler() -> None:
     def load_overload(self: Any, sig: Any, target_context: Any) -> Any:
         with contextlib.suppress(Exception):  # whatever it is, the usual way does without
             runtime.initialize(target_context)
-            if (found := load(self, sig, target_context)) is not None:
+            with absent("scipy.linalg"):  # for products of matrices in compiled functions, of which there are none
+                found = load(self, sig, target_context)
+            if found is not None:
                 return found
         return usual(self, sig, target_context)
 

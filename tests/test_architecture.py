@@ -22,7 +22,9 @@ LAYER_OF_MODULE = {
     "doctor": "cli",
     "errors": "errors",
     "config": "config",
-    **dict.fromkeys(("progress", "workfolder", "guard", "logs", "numbacache", "allocator", "parallel"), "support"),
+    **dict.fromkeys(
+        ("progress", "workfolder", "guard", "logs", "numbacache", "absent", "allocator", "parallel"), "support"
+    ),
     **dict.fromkeys(
         (
             "pipeline",

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from scan2bim.openings.closed.contrast import BLOCK
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
@@ -165,7 +165,9 @@ def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measu
     """From pixels (k, n, ...) of n columns."""
     values = np.concatenate([rgb, depth[..., None]], 2).astype(np.float64)
     measured = measured & (depth < BEFORE)
-    across = uniform_filter1d(measured.mean(1), BLOCK * 2) if measured.size else np.zeros(len(measured))
+    across = np.zeros(len(measured))
+    if measured.size:
+        across = cv2.blur(measured.mean(1)[None], (2 * BLOCK, 1), borderType=cv2.BORDER_REFLECT)[0]
     measured &= (across >= EVEN * across.max(initial=0.0))[:, None]
     values[~measured] = np.nan
     enough = measured.sum(0) >= TALL_ENOUGH
