@@ -57,7 +57,8 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
 
     ``points`` (n, 3) local positions of surfels near the opening. None if no leaf was seen.
     """
-    along, across, up = _in_wall(wall, points)
+    z = points[:, 2] - wall.base
+    along, across, up = _in_wall(wall, points[(z > LOWEST) & (z < wall.top - wall.base)])
     body = (up > LOWEST) & (up < min(HIGHEST, head - 0.05))
     above = (up > head + 0.1) & (up < wall.top - wall.base - 0.1)
     length = width if width <= WIDEST else width / 2
@@ -101,6 +102,35 @@ def _in_wall(wall: WallShape, points: F64) -> tuple[F64, F64, F64]:
 
 
 @nb.njit(cache=True, nogil=True)
+def _by_angle(u, v):  # pyright: ignore
+    """For each of ANGLES where its points begin in ``rows``: first (a + 1,), rows (m,). They are those within BAND of
+    the ray at that angle from 2 STEP on, and some more.
+    """
+    count, gap = ANGLES.shape[0], ANGLES[1] - ANGLES[0]
+    low, high = np.zeros(u.shape[0], np.int64), np.full(u.shape[0], -1, np.int64)
+    first = np.zeros(count + 1, np.int64)
+    for i in range(u.shape[0]):
+        reach = np.hypot(u[i], v[i])
+        if reach < 1.9 * STEP:
+            continue
+        towards, half = np.arctan2(v[i], u[i]), np.arcsin(min(BAND / reach, 1.0))
+        if towards < -np.pi / 2:
+            towards += 2 * np.pi
+        low[i] = max(int(np.floor((towards - half - ANGLES[0]) / gap)), 0)
+        high[i] = min(int(np.ceil((towards + half - ANGLES[0]) / gap)), count - 1)
+        for a in range(low[i], high[i] + 1):
+            first[a + 1] += 1
+    first = np.cumsum(first)
+    at = first[:-1].copy()
+    rows = np.empty(first[-1], np.int64)
+    for i in range(u.shape[0]):
+        for a in range(low[i], high[i] + 1):
+            rows[at[a]] = i
+            at[a] += 1
+    return first, rows
+
+
+@nb.njit(cache=True, nogil=True)
 def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
     """Largest share of a leaf's ``length`` that is upright, and its angle; u runs from the hinge to the other jamb, v
     to the side that the leaf swings to.
@@ -116,11 +146,14 @@ def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
     filled = np.zeros((steps, heights), np.bool_)
     beyond = np.zeros(6, np.bool_)
     above = np.zeros(steps + 2, np.bool_)
-    for angle in ANGLES:
+    first, rows = _by_angle(u, v)
+    for number in range(ANGLES.shape[0]):
+        angle = ANGLES[number]
         c, s = np.cos(angle), np.sin(angle)
         filled[:] = False
         beyond[:] = False
-        for i in range(u.shape[0]):
+        for k in range(first[number], first[number + 1]):
+            i = rows[k]
             if abs(v[i] * c - u[i] * s) < BAND:
                 along = u[i] * c + v[i] * s
                 step = int(np.floor(along / STEP)) - 2
