@@ -36,7 +36,8 @@ class Grid:
 
     def contains(self, pixel: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether pixels (n, 2) lie in the raster."""
-        return np.asarray((pixel >= 0).all(1) & (pixel < self.roof.shape[::-1]).all(1))
+        col, row = pixel[:, 0], pixel[:, 1]
+        return (col >= 0) & (row >= 0) & (col < self.roof.shape[1]) & (row < self.roof.shape[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,12 +78,12 @@ def gather_columns(surfels: Surfels, layers: Layers, grid: Grid, stations: F64) 
     ``stations`` (s, 3) local positions by station number, nan where unknown.
     """
     z = surfels.xyz[layers.order, 2].astype(np.float64)
-    pixel = grid.pixel_of(surfels.xyz[layers.order, :2].astype(np.float64))
-    upright = (z > grid.floor + SKIRT) & ((layers.above < 2.5 * TALL) | (layers.below < 2.5 * TALL))
-    upright &= grid.contains(pixel)
-    at = np.flatnonzero(upright)
-    at = at[z[at] < grid.roof[pixel[at, 1], pixel[at, 0]] - FLUSH]
-    p = pixel[at]
+    at = np.flatnonzero((z > grid.floor + SKIRT) & ((layers.above < 2.5 * TALL) | (layers.below < 2.5 * TALL)))
+    p = grid.pixel_of(surfels.xyz[layers.order[at], :2].astype(np.float64))
+    inside = grid.contains(p)
+    at, p = at[inside], p[inside]
+    below = z[at] < grid.roof[p[:, 1], p[:, 0]] - FLUSH
+    at, p = at[below], p[below]
     new = np.ones(len(at), bool)
     new[1:] = (p[1:] != p[:-1]).any(1)
     first = np.flatnonzero(new)

@@ -73,8 +73,9 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     standing, _ = standing_and_hanging(layers)
     inside = (z > levels.floor - 0.3) & (z < levels.top + 0.1)
     xy = surfels.xyz[layers.order, :2].astype(np.float64)
-    origin = np.floor(xy[inside].min(0) / PLAN - 4) * PLAN
-    shape = tuple(np.ceil((xy[inside].max(0) - origin) / PLAN).astype(int)[::-1] + 4)
+    within = xy[inside]
+    origin = np.floor(within.min(0) / PLAN - 4) * PLAN
+    shape = tuple(np.ceil((within.max(0) - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
     eye = _eye_heights(surfels, layers, stations)
     on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
@@ -82,7 +83,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     hollow &= z > levels.floor + LOWEST_CEILING
     overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
     floor = _mask(pixel[on_floor], shape)
-    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], np.column_stack([xy, z])[overhead], shape)
+    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], np.column_stack([xy[overhead], z[overhead]]), shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
     deep = (
