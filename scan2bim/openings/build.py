@@ -175,8 +175,9 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     middle = start + (opening.offset + opening.width / 2) * direction
-    points = surfels.xyz[index.near(middle, 1.5 * opening.width + wall.thickness)]
-    points = points[(points[:, 2] > wall.base) & (points[:, 2] < wall.top)].astype(np.float64)
+    rows = index.along(np.array([middle, middle]), 1.5 * opening.width + wall.thickness, ordered=False)
+    z = surfels.xyz[rows, 2]
+    points = surfels.xyz[np.sort(rows[(z > wall.base) & (z < wall.top)])].astype(np.float64)
     leaf = find_leaf(wall, opening.offset, opening.width, opening.sill + opening.height, points)
     if leaf is not None:
         return replace(
