@@ -73,7 +73,7 @@ def _container(model: Model, part: Part) -> Iterator[Finding]:
         yield part.finding("outside its storey", f"lies below {storey.Name}", own.z - bottom, "m")
     elif bottom < own.z - 1.5:
         yield part.finding("outside its storey", f"reaches far below {storey.Name}", own.z - bottom, "m")
-    elif higher and bottom > higher[0] - ABOVE:
+    elif higher and bottom > higher[0] - ABOVE and (bottom + top) / 2 > higher[0]:  # not what hangs below it
         yield part.finding("outside its storey", f"lies above {storey.Name}", bottom - own.z, "m")
 
 
