@@ -45,7 +45,7 @@ def plan_scans(building: Building, scene: Scene, count: int) -> SurveyPlan:
     prospects: list[Prospect] = []
     for storey, faces in zip(building.storeys, look_at_faces(building, scene, RIM, holes=True), strict=True):
         if faces is not None:
-            prospects.append(prospect_of(building, storey, field_of(storey, faces, scene)))
+            prospects.append(prospect_of(building, storey, field_of(storey, faces, scene), told=bool(scene.panoramas)))
     proposals = _chosen(building, prospects, count)
     covered = coverage_of(building)
     seen, area = (covered.total.seen, covered.total.area) if covered else (0.0, 1.0)
@@ -122,7 +122,7 @@ def _sights(prospect: Prospect, gained: F64) -> tuple[Sight, ...]:
     for (element, number), area in sorted(sums.items(), key=lambda item: -item[1])[:MOST_SIGHTS]:
         if area >= CELL:
             room = f" ({storey.spaces[number].name})" if number >= 0 else ""
-            words = f"{names[element]}{room}" if element is not None else "unknown floor"
+            words = f"{names[element]}{room}" if element is not None else "unknown floor (unscanned room, or outdoors)"
             out.append(Sight(words=words, element=element, area=round(area, 2)))
     return tuple(out)
 

@@ -35,12 +35,16 @@ MOST_TARGETS = 30_000
 """Cells that rays are cast to in a storey; of more, every so many stand for the others."""
 BEFORE = 0.05
 """Metres before a face of the places that rays are cast to."""
+STEP_OVER, DOOR_HEAD = 0.2, 1.6
+"""Metres over the floor: an opening without a door that begins below the one and ends above the other may be a door."""
 FLOOR_EDGE = 0.2
 """Edge, metres, of the squares of unknown floor."""
 CHEST = 1.0
 """Metres over the floor at which unknown floor is looked for: higher than most furniture."""
 BEYOND_DOOR = 1.0
 """Metres beyond a closed door of the place to stand: the leaf must clear the tripod."""
+OVERHEAD = 2.1
+"""Metres over the floor from which on points are walls, lintels and ceilings of a room rather than things outdoors."""
 ROUND_SIGHT = 3.0
 """Metres round what was seen through a door, beyond the building's outline, within which unknown floor counts."""
 
@@ -65,8 +69,8 @@ class Prospect:
     unknown: F64
 
 
-def prospect_of(building: Building, storey: Storey, field: Field) -> Prospect:
-    """Of a storey with labelled voxels."""
+def prospect_of(building: Building, storey: Storey, field: Field, *, told: bool) -> Prospect:
+    """Of a storey with labelled voxels; ``told``: positions of scanners are known, so that empty voxels are."""
     rooms, found = field.found.rooms, field.found
     floor = min(space.base for space in storey.spaces)
     walls, _ = bodies_of(storey, rooms)
@@ -77,13 +81,17 @@ def prospect_of(building: Building, storey: Storey, field: Field) -> Prospect:
     sky = field.open & field.columns(beyond)
     outside = field.columns(beyond) & ~sky
     seen = field.visible[_layer(field, floor + CHEST)] & field.visible[_layer(field, floor + EYE)]
+    if not told:  # what stands on a floor with points, and has none itself, is taken as free
+        seen = (field.labels[:2] == Label.STRUCTURE).any(0) & (field.columns(rooms.space) >= 0)
     reached = _reached(field.columns(passable.low <= passable.high), outside & seen)
-    worth = _footprint(building, rooms, field) | _round_sight(reached & outside, outside, field)
+    overhead = (field.labels[_layer(field, floor + OVERHEAD) :] == Label.OUTLIER).any(0)
+    indoors = _round_sight(reached & outside, outside, field) & _mostly(overhead, sky, field)
+    worth = _footprint(building, rooms, field) | indoors
     unknown = outside & ~seen & worth
     low, high = passable.low.copy(), passable.high.copy()
     low[beyond], high[beyond] = floor, float(np.max(rooms.high))
     low[solid], high[solid] = np.inf, -np.inf
-    obstacles = Obstacles(rooms.frame, low, high, _things(field), field.bottom, field.size)
+    obstacles = Obstacles(rooms.frame, low, high, _things(field, told=told), field.bottom, field.size)
     squares = _squares(unknown, field, floor)
     return Prospect(
         storey,
@@ -96,20 +104,27 @@ def prospect_of(building: Building, storey: Storey, field: Field) -> Prospect:
 
 
 def is_passable(opening: Opening) -> bool:
-    """Whether one sees and goes through an opening as it was found."""
-    return opening.fill is None or (isinstance(opening.fill, Door) and opening.fill.state in ("open", "ajar"))
+    """Whether one sees and goes through an opening as it was found, or could.
+
+    A door that was seen from one side alone is easily taken for a window that ends near the floor.
+    """
+    if isinstance(opening.fill, Door):
+        return opening.fill.state in ("open", "ajar")
+    sill = opening.sill.value
+    return opening.fill is None or (sill < STEP_OVER and sill + opening.height.value > DOOR_HEAD)
 
 
 def _layer(field: Field, height: float) -> int:
     return int(np.clip((height - field.bottom) // field.size, 0, field.labels.shape[0] - 1))
 
 
-def _things(field: Field) -> NDArray[np.uint8]:
+def _things(field: Field, *, told: bool) -> NDArray[np.uint8]:
     """Voxels that stop rays (1), and air of spaces that no station looked through (2)."""
     inner = field.columns(field.found.rooms.inner)
     labels = field.labels
     out = np.zeros(labels.shape, np.uint8)
-    out[labels == Label.OCCLUDED_CLUTTER] = 2
+    if told:
+        out[labels == Label.OCCLUDED_CLUTTER] = 2
     out[(labels == Label.CLUTTER) | (labels == Label.OUTLIER)] = 1
     standing = (labels == Label.STRUCTURE) & inner  # columns and stairs; walls, floors and ceilings are in the rasters
     standing[:2], standing[-2:] = False, False
@@ -127,6 +142,13 @@ def _round_sight(reached: Bools, outside: Bools, field: Field) -> Bools:
     """Columns round those that were seen through doors, without a wall between."""
     _, parts = cv2.connectedComponents(outside.astype(np.uint8), connectivity=4)
     return near(reached, round(ROUND_SIGHT / field.size)) & np.isin(parts, np.unique(parts[reached]))
+
+
+def _mostly(overhead: Bools, sky: Bools, field: Field) -> Bools:
+    """Columns round which no fewer were seen to have something overhead than were seen to lie under the sky."""
+    edge = 2 * round(ROUND_SIGHT / field.size) + 1
+    above, open_ = (cv2.boxFilter(m.astype(np.float32), -1, (edge, edge), normalize=False) for m in (overhead, sky))
+    return np.asarray(above >= open_)
 
 
 def _footprint(building: Building, rooms: Rooms, field: Field) -> Bools:

@@ -42,7 +42,7 @@ SKIN = 0.03
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
     """A storey's voxels: labels (l, r, c) uint8; visible (l, r, c) bool: a station looked through; open (r, c) bool: a
-    pulse that never came back went through the column, as out of doors.
+    pulse that never came back went through the column's top, above all ceilings, as out of doors.
     """
 
     found: StoreyFaces
@@ -231,7 +231,7 @@ def _see(station, frame, bottom, size, holes, labels, visible, sky):  # pyright:
                 f, a, b = cube_cell(dx, dy, dz, edge)
                 r = ranges[f, a, b]
                 if r < 0.0:
-                    sky[row, col] = True
+                    sky[row, col] |= layer == layers - 1
                     visible[layer, row, col] = holes[row, col]
                 elif r > 0.0:
                     d = np.sqrt(dx * dx + dy * dy + dz * dz)
