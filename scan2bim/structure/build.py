@@ -17,7 +17,6 @@ from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.beams import beam_of, find_beams, without_beams
-from scan2bim.structure.cells import find_spaces
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.overlaps import clear_of
@@ -37,6 +36,7 @@ from scan2bim.structure.shapes import (
     WallShape,
     ring_of,
 )
+from scan2bim.structure.spaces import find_spaces
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import find_walls

@@ -14,23 +14,17 @@ import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry import Polygon
 
-from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
-from scan2bim.geometry.graphs import connected_parts, source_side
+from scan2bim.geometry.graphs import source_side
 from scan2bim.geometry.raster import closed, opened
-from scan2bim.structure.faces import Face, main_direction, without_recesses
-from scan2bim.structure.free_space import looked_through
-from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
+from scan2bim.structure.faces import PARALLEL, Face, without_recesses
 from scan2bim.structure.plan import Plan
 
 LONGEST_BARE = 0.8
 """Length, metres, from which an edge of the floor or ceiling without a wall face is drawn as a cut."""
 REACH = 4.0
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
-LEAST_MEAN = 0.35
-"""Least mean evidence per square metre of a space: outdoors, seen through panes, reaches less."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
 LEAST_OPEN = 4.0
@@ -51,22 +45,18 @@ wells, but also outdoors.
 """
 NOTHING = -0.2
 """Evidence per square metre where neither floor, ceiling nor free space was seen: the inside of walls, the outside."""
+THIN = (0.03, 0.30)
+"""Distances, metres, between the faces of one wall that are taken to go on together."""
+PAIRED = 0.4
+"""Length, metres, along which both must have been seen."""
 SHORTEST_GAP = 0.3
 """Length, metres, of the shortest stretch without a seen face that an opening may leave."""
-SLIT = 0.03
-"""Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
 BEHIND_GAP = 0.5
 """What a metre between two seen stretches speaks for wall behind it, of a metre of seen face: doors and windows."""
 BRIDGED = 0.6
 """What a metre between two seen stretches of one face counts, of a metre of seen face: walls go on in line."""
-NECK = 0.12
-"""Half-width, metres, of necks at which a space is parted: gaps between a wall's end and the next wall that only
-sampling left, and through which nobody walks.
-"""
 SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
-UNDER_CEILING = 0.2
-"""Distance, metres, from the ceiling at which free space is asked for: above doors and windows."""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -84,30 +74,6 @@ class Cells:
     covered: F64
     parted: F64
     evidence: F64
-
-
-def find_spaces(
-    plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]
-) -> tuple[tuple[Polygon, ...], tuple[Face, ...]]:
-    """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
-    if not faces:
-        return (), ()
-    free = _free_above(plan, panoramas)
-    bare = without_strips(plan)
-    ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))
-    lintels, kept = window_fronts(plan, ends, faces, panoramas)
-    plan = without_soffits(without_strips(plan, lintels), [gap for f in kept for gap in _gaps(f, plan)])
-    score = space_evidence(plan, free)
-    edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
-    cells = cut_cells(plan, [*kept, *edges], score)
-    inside = label_cells(cells)
-    return _merge_spaces(cells, inside), tuple(lintels)
-
-
-def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
-    """Pixels through which a station looked just below the ceiling, above doors and windows."""
-    height = (plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top) - UNDER_CEILING
-    return looked_through(plan.origin, plan.floor.shape, panoramas, height)
 
 
 def space_evidence(plan: Plan, free: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -212,7 +178,12 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
 
 def _cells_between(faces: Sequence[Face], cap: float) -> NDArray[np.object_]:
     """Cells (c,) that the faces' lines close, drawn on past their ends, and cuts of ``cap`` metres at those."""
-    lines = [f.ends(min(REACH, 0.6 + 1.5 * f.length)) for f in faces] + [c for f in faces for c in _caps(f, cap)]
+    reach = [min(REACH, 0.6 + 1.5 * f.length) for f in faces]
+    lines = [
+        f.centre + np.outer([min(low, f.low - r), max(high, f.high + r)], f.direction)
+        for f, (low, high), r in zip(faces, _spans(faces), reach, strict=True)
+    ]
+    lines += [c for f in faces for c in _caps(f, cap)]
     noded = shapely.union_all(shapely.linestrings(np.array(lines)), grid_size=1e-6)
     polygons = np.array(list(shapely.get_parts(shapely.polygonize([noded]))), object)
     return polygons[shapely.area(polygons) > 1e-5]
@@ -290,7 +261,7 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
     left, right, bridged, bridged_right = np.zeros((4, len(ends)))
     opaque = np.ones(len(ends), bool)
-    for face in faces:
+    for face, span in zip(faces, _spans(faces), strict=True):
         on = np.flatnonzero(
             (np.abs((middle - face.centre) @ face.normal) < 2e-4)
             & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
@@ -305,6 +276,8 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
             between = (inner[:, 1] - inner[:, 0]) / np.maximum(length[on], 1e-9)
             bridged[on] = np.maximum(bridged[on], between)
             bridged_right[on] = np.maximum(bridged_right[on], np.where(same | (not face.sided), 0.0, between))
+            inner = np.clip(along, *span)
+            bridged[on] = np.maximum(bridged[on], (inner[:, 1] - inner[:, 0]) / np.maximum(length[on], 1e-9))
         total = np.concatenate([[0.0], np.cumsum(seen)])
         at = np.clip((along - start) / PLAN, 0, len(seen))
         share = np.interp(at[:, 1], np.arange(len(total)), total) - np.interp(at[:, 0], np.arange(len(total)), total)
@@ -316,7 +289,25 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
     return Coverage(left, right, bridged, bridged_right, opaque)
 
 
-def _gaps(face: Face, plan: Plan) -> list[Face]:
+def _spans(faces: Sequence[Face]) -> list[tuple[float, float]]:
+    """Along each face, from where to where it is to be expected: as far as the other face of its wall was seen.
+
+    That is a face that looks the other way from behind it, as near as the two faces of a partition.
+    """
+    spans = [(f.low, f.high) for f in faces]
+    for number, face in enumerate(faces):
+        for other in faces:
+            if len(face.columns) and len(other.columns) and face.normal @ other.normal < -PARALLEL:
+                ends = other.ends() - face.centre
+                behind, along = -(ends @ face.normal), np.sort(ends @ face.direction)
+                shared = min(along[1], face.high) - max(along[0], face.low)
+                if THIN[0] < behind.min() and behind.max() < THIN[1] and shared > PAIRED:
+                    low, high = spans[number]
+                    spans[number] = min(low, float(along[0])), max(high, float(along[1]))
+    return spans
+
+
+def gaps(face: Face, plan: Plan) -> list[Face]:
     """Stretches of a face on which nothing was seen: openings, and what cupboards hide."""
     seen, start = _seen_along(face, plan)
     turns = np.flatnonzero(np.diff(np.concatenate([[1.0], seen, [1.0]])))
@@ -342,26 +333,3 @@ def label_cells(cells: Cells) -> NDArray[np.bool_]:
     length = np.linalg.norm(cells.ends[:, 1] - cells.ends[:, 0], axis=1)
     border = np.rint(SCALE * length * (SEEN_EDGE + BARE_EDGE * (1 - cells.covered))).astype(np.int64)
     return source_side(np.rint(SCALE * cells.evidence).astype(np.int64), cells.edges, border)
-
-
-def _merge_spaces(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
-    joined = inside[cells.edges].all(1) & (cells.parted < 0.5)
-    label = connected_parts(len(cells.polygons), cells.edges[joined])
-    spaces: list[Polygon] = []
-    for number in np.unique(label[inside]):
-        members = inside & (label == number)
-        if cells.evidence[members].sum() < LEAST_MEAN * shapely.area(cells.polygons[members]).sum():
-            continue
-        merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
-        without_slits = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - NECK, join_style="mitre")
-        solid = without_slits.buffer(NECK, join_style="mitre")
-        parts = list(shapely.get_parts(solid))
-        spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
-    return tuple(sorted(spaces, key=lambda p: -p.area))
-
-
-def _tidy(polygon: Polygon) -> Polygon:
-    """Without holes smaller than a column and without points in the middle of straight edges."""
-    holes = [r for r in polygon.interiors if Polygon(r).area > 0.03]
-    return shapely.orient_polygons(shapely.simplify(Polygon(polygon.exterior, holes), 0.003))

@@ -1,0 +1,94 @@
+"""Spaces of a storey: its cells labelled space or solid, neighbours joined, and parted where nobody walks through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+from scan2bim.cloud.panorama import Panorama
+from scan2bim.geometry.graphs import connected_parts
+from scan2bim.structure.cells import Cells, cut_cells, edge_faces, gaps, label_cells, space_evidence
+from scan2bim.structure.faces import Face, main_direction
+from scan2bim.structure.free_space import looked_through
+from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
+from scan2bim.structure.plan import Plan
+
+LEAST_MEAN = 0.35
+"""Least mean evidence per square metre of a space: outdoors, seen through panes, reaches less."""
+SLIT = 0.03
+"""Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
+NECK = 0.12
+"""Half-width, metres, of necks at which a space is parted: gaps between a wall's end and the next wall that only
+sampling left, and through which nobody walks.
+"""
+UNDER_CEILING = 0.2
+"""Distance, metres, from the ceiling at which free space is asked for: above doors and windows."""
+PASSAGE = 0.5
+"""Width, metres, below which nobody walks from one part of a space to another: the narrowest doors have 60 cm."""
+LEAST_ROOM = 2.0
+"""Area, square metres, of the smallest part that is a space of its own behind such a neck."""
+
+
+def find_spaces(
+    plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]
+) -> tuple[tuple[Polygon, ...], tuple[Face, ...]]:
+    """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
+    if not faces:
+        return (), ()
+    free = _free_above(plan, panoramas)
+    bare = without_strips(plan)
+    ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))
+    lintels, kept = window_fronts(plan, ends, faces, panoramas)
+    plan = without_soffits(without_strips(plan, lintels), [gap for f in kept for gap in gaps(f, plan)])
+    score = space_evidence(plan, free)
+    edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
+    cells = cut_cells(plan, [*kept, *edges], score)
+    inside = label_cells(cells)
+    return _merged(cells, inside), tuple(lintels)
+
+
+def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
+    """Pixels through which a station looked just below the ceiling, above doors and windows."""
+    height = (plan.levels.ceiling if plan.levels.ceiling is not None else plan.levels.top) - UNDER_CEILING
+    return looked_through(plan.origin, plan.floor.shape, panoramas, height)
+
+
+def _merged(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
+    """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
+    joined = inside[cells.edges].all(1) & (cells.parted < 0.5)
+    label = connected_parts(len(cells.polygons), cells.edges[joined])
+    spaces: list[Polygon] = []
+    for number in np.unique(label[inside]):
+        members = inside & (label == number)
+        if cells.evidence[members].sum() < LEAST_MEAN * shapely.area(cells.polygons[members]).sum():
+            continue
+        merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
+        without_slits = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - NECK, join_style="mitre")
+        solid = without_slits.buffer(NECK, join_style="mitre")
+        parts = [p for part in shapely.get_parts(solid) for p in parted_at_necks(part)]
+        spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
+    return tuple(sorted(spaces, key=lambda p: -p.area))
+
+
+def parted_at_necks(polygon: Polygon) -> list[Polygon]:
+    """Parts that hang together only where nobody walks through; what is narrow everywhere stays with its neighbour."""
+    half = PASSAGE / 2
+    cores = [c.buffer(half, join_style="mitre") for c in shapely.get_parts(polygon.buffer(-half, join_style="mitre"))]
+    rooms = [shapely.intersection(c, polygon) for c in cores if c.area > LEAST_ROOM]
+    if len(rooms) < 2:
+        return [polygon]
+    for rest in shapely.get_parts(shapely.difference(polygon, shapely.union_all(rooms))):
+        shared = shapely.area(shapely.intersection(rooms, rest.buffer(SLIT)))
+        best = int(np.argmax(shared))
+        rooms[best] = shapely.union_all([rooms[best], rest], grid_size=1e-6)
+    return [p for room in rooms for p in shapely.get_parts(room) if isinstance(p, Polygon)]
+
+
+def _tidy(polygon: Polygon) -> Polygon:
+    """Without holes smaller than a column and without points in the middle of straight edges."""
+    holes = [r for r in polygon.interiors if Polygon(r).area > 0.03]
+    return shapely.orient_polygons(shapely.simplify(Polygon(polygon.exterior, holes), 0.003))
