@@ -223,7 +223,10 @@ class Rooms:
         ]
 
     def path(self, edge: dict) -> np.ndarray | None:
-        """Points (n, 2) from the middle of one room through the edge's door to the middle of the other, or None."""
+        """Points (n, 2) from the middle of one room through the edge's door to the middle of the other, or None.
+
+        Where an open leaf stands in a small room's middle, to the place nearest to it that the door leads to.
+        """
         storey = self.doors[edge["via"]]["storey"]
         entry = self.graph["maps"][self.storeys.index(storey)]
         image = cv2.imread(str(self._folder / entry["image"]), cv2.IMREAD_GRAYSCALE)[::-1]
@@ -240,9 +243,18 @@ class Rooms:
             blocked = cv2.line(np.zeros(free.shape, np.uint8), *ends.tolist(), 1, 2)
             free &= blocked == 0
         clear = cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, 5) * pixel
-        ends = [self.spaces[s]["centre"][:2] for s in edge["spaces"]]
-        cells = [tuple(int(v) for v in ((np.array(p) - low) / pixel)[::-1]) for p in ends]
-        found = shortest(clear, cells[0], cells[1], RADIUS + pixel)
+        least = RADIUS + pixel
+        _, parts = cv2.connectedComponents((clear >= least).astype(np.uint8), connectivity=8)
+        at = ((np.array(door["position"][:2]) - low) / pixel).astype(int)[::-1]
+        reached = (parts == parts[tuple(at)]) & (clear >= least)
+        cells = []
+        for name, shape in zip(edge["spaces"], shapes, strict=True):
+            here = np.argwhere(reached & shapely.contains_xy(shape, x, y))
+            if not len(here):
+                return None
+            middle = (np.array(self.spaces[name]["centre"][:2]) - low)[::-1] / pixel - 0.5
+            cells.append(tuple(here[np.hypot(*(here - middle).T).argmin()].tolist()))
+        found = shortest(clear, cells[0], cells[1], least)
         return None if found is None else low + (found[:, ::-1] + 0.5) * pixel
 
 

@@ -16,7 +16,7 @@ import zipfile
 from pathlib import Path
 from typing import Final
 
-from pxr import Kind, Tf, Usd, UsdGeom, UsdPhysics, Vt
+from pxr import Kind, Sdf, Tf, Usd, UsdGeom, UsdPhysics, Vt
 
 from scan2bim import __version__
 from scan2bim.errors import StageError
@@ -27,6 +27,7 @@ from scan2bim.exporters.usd_storey import StoreyLayer
 from scan2bim.model.elements import Building, ScanSource
 
 _ALIGNMENT: Final = 64  # bytes; required by the usdz specification
+NO_GUIDES: Final = "Spaces and simulators' blocks are not in .usdz: browsers would draw them; .usda and .usdc have them."
 _ZIP_HEADER: Final = 30  # bytes of a zip entry's local header before its name
 _EXTRA_HEADER: Final = struct.Struct("<HH")
 _PADDING_ID: Final = 0x1986  # the extra field that USD's own packer pads with
@@ -54,7 +55,7 @@ def export(building: Building, path: Path) -> tuple[str, ...]:
         if suffix != ".usdz":
             replace_parts(folder / parts.name, parts)
         draft.replace(path)
-    return notes
+    return (*notes, NO_GUIDES) if suffix == ".usdz" else notes
 
 
 def _write_layers(building: Building, path: Path, parts: str, *, instances: bool) -> tuple[str, ...]:
@@ -85,9 +86,23 @@ def _flatten(path: Path) -> Path:
     flat = path.with_name("flat.usdc")
     layer = Usd.Stage.Open(str(path)).Flatten(addSourceFileComment=False)
     layer.customLayerData = {"creator": f"scan2bim {__version__}"}
+    _drop_guides(Usd.Stage.Open(layer))
     if not layer.Export(str(flat)):
         raise StageError(f"The USD library could not write {path.name} and gave no reason.")
     return flat
+
+
+def _drop_guides(stage: Usd.Stage) -> None:
+    """Without spaces, voids and simulators' blocks: browsers know no purposes and would draw them over the building."""
+    guides: list[Sdf.Path] = []
+    walk = iter(Usd.PrimRange(stage.GetPseudoRoot()))
+    for prim in walk:
+        shown = UsdGeom.Imageable(prim)
+        if shown and shown.ComputePurpose() == UsdGeom.Tokens.guide:
+            guides.append(prim.GetPath())
+            walk.PruneChildren()
+    for path in guides:
+        stage.RemovePrim(path)
 
 
 def _package(layer: Path, path: Path) -> None:

@@ -173,7 +173,7 @@ def test_a_beam_runs_along_its_outline_between_its_heights(house):
 
 def test_frames_are_as_measured(house):
     door, window = entity(house, "door-measured"), entity(house, "window-measured")
-    lining, panel = util.get_type(door).HasPropertySets
+    lining, panel, _ = util.get_type(door).HasPropertySets
     assert (lining.LiningDepth, lining.LiningThickness) == (0.1, 0.06)
     assert (lining.ThresholdDepth, lining.ThresholdThickness) == (0.1, 0.02)
     assert panel.PanelDepth == pytest.approx(0.045)
