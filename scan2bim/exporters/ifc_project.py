@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from scan2bim import __version__
 from scan2bim.exporters.ifc_draft import Draft, Level, aggregate
 from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile

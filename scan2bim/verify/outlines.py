@@ -158,7 +158,7 @@ def _outline(walls: Mask, inside: F64, seed: int, width: float) -> Outline | Non
     """The stretch of bins round a seed that most speaks for, with its sides; walls (f, n) bins with wall on each face
     that was seen, inside (n,) points inside it.
     """
-    wall = walls.any(axis=0)
+    wall = np.asarray(walls.any(axis=0))
     if not 0 < seed < len(wall) or wall[seed]:
         return None
     speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))
@@ -185,7 +185,7 @@ def _side(walls: Mask, inside: F64, place: int, width: float) -> Side | None:
     reveal = place + round(ON / BIN)  # near the faces a reveal's points lie on them, too
     mass = np.cumsum(inside[max(place - strip, 0) : reveal][::-1])
     begin = int(np.searchsorted(mass, INSIDE * mass[-1])) if len(mass) and mass[-1] >= LEAST else reveal - place
-    built = _unbroken(walls[:, : round(drawn)].all(axis=0)[::-1])
+    built = _unbroken(np.asarray(walls[:, : round(drawn)].all(axis=0))[::-1])
     hollow = float(inside[round(drawn + ON / BIN) : reveal].sum()) >= LEAST
     return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow)
 
