@@ -257,7 +257,9 @@ def _hosted(door: Any) -> tuple[Any, Any, Any]:
 
 
 def _has_room(subject: Subject, hole: F64, wall: Any, opening: Any) -> bool:
-    """Whether a hole (v, 3) lies in its wall and meets none of its other openings."""
+    """Whether a hole (v, 3) lies in its wall, which has a body, and meets none of its other openings."""
+    if wall.GlobalId not in subject.bodies:
+        return False
     along = _along(subject.bodies[wall.GlobalId])
     body, own = subject.bodies[wall.GlobalId][:, :2] @ along, hole[:, :2] @ along
     others = [r.RelatedOpeningElement.GlobalId for r in wall.HasOpenings]
@@ -275,6 +277,8 @@ def _has_room(subject: Subject, hole: F64, wall: Any, opening: Any) -> bool:
 def resize_door(subject: Subject) -> Edit | None:
     """Its opening wider or narrower by 100 to 350 mm on one side. The other side stays."""
     door, opening, wall = _hosted(subject.product)
+    if wall.GlobalId not in subject.bodies:
+        return None
     along = _along(subject.bodies[wall.GlobalId])
     hole = subject.bodies[opening.GlobalId]
     a, b = hole[:, :2] @ along, hole[:, :2] @ [-along[1], along[0]]

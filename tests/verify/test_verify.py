@@ -88,7 +88,10 @@ def test_the_findings_are_told_in_a_page_in_bcf_and_in_a_copy_of_the_model(scans
     view = next(iter(next(t for name, t in topics.items() if "middle wall" in name).viewpoints.values()))
     assert view.snapshot is not None
     assert view.snapshot.startswith(b"\x89PNG")
-    assert [c.ifc_guid for c in view.visualization_info.components.selection.component] == [guid]
+    parts = view.visualization_info.components
+    assert parts is not None
+    assert parts.selection is not None
+    assert [c.ifc_guid for c in parts.selection.component] == [guid]
     copy = ifcopenshell.open(str(scans / "told" / "told.verified.ifc"))
     sets = ifcopenshell.util.element.get_psets(copy.by_guid(guid))
     assert sets["Scan2BIM_Verification"]["Status"] == "out_of_tolerance"
