@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scan2bim.assemble_members import beams_of, columns_of, linear, seen_by
-from scan2bim.assemble_plates import covering_of, slabs_of, stairs_of
+from scan2bim.assemble_plates import covering_of, is_roofed, roofs_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scan import ScanHeader
@@ -96,10 +96,13 @@ def _storey(
         spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
         slabs=slabs_of(number, structure),
         coverings=tuple(
-            covering_of(space_ids[i], s, number, i) for i, s in enumerate(shape.spaces) if s.ceiling is not None
+            covering_of(space_ids[i], s, number, i)
+            for i, s in enumerate(shape.spaces)
+            if s.ceiling is not None and not is_roofed(s, shape)
         ),
         columns=columns_of(number, structure, sources),
         beams=beams_of(number, structure),
+        roofs=roofs_of(number, structure),
         stairs=stairs_of(number, structure),
     )
 
@@ -176,6 +179,7 @@ def _wall(
             source="measured" if shape.top_seen else "assumed",
             sigma=0.005 if shape.top_seen else None,
         ),
+        profile=shape.profile,
         external=None if measured else True,
         left_spaces=tuple(space_ids[s] for s in shape.left),
         right_spaces=tuple(space_ids[s] for s in shape.right),

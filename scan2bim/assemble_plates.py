@@ -6,14 +6,23 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from scan2bim.model.elements import Covering, Dimension, Evidence, Flight, Slab, Stair
+from scan2bim.model.elements import Covering, Dimension, Evidence, Flight, RoofPlane, Slab, Stair
 from scan2bim.model.ids import distinct, stable_id
-from scan2bim.structure.shapes import SpaceShape, StairShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import (
+    SpaceShape,
+    StairShape,
+    StoreyShape,
+    StructureShape,
+    WallShape,
+    ring_of,
+)
 
 SLAB = 0.25
 """Assumed thickness, metres, of a slab of which one side was seen."""
 CEILING = 0.02
 """Assumed thickness, metres, of a ceiling covering: only its underside is ever seen."""
+ROOF = 0.25
+"""Assumed thickness, metres, of a roof: rafters and insulation."""
 TREADS_SEEN = 0.9
 """Confidence in a stair of which five or more treads were seen one above the other."""
 
@@ -32,6 +41,33 @@ def covering_of(space_id: str, shape: SpaceShape, number: int, index: int) -> Co
         holes=shape.holes,
         top=Dimension(value=round(under + CEILING, 4), source="measured", sigma=0.003),
         thickness=Dimension(value=CEILING, source="assumed"),
+    )
+
+
+def is_roofed(space: SpaceShape, storey: StoreyShape) -> bool:
+    """Whether most of a space lies under roof planes, which then are its ceiling."""
+    planes = [Polygon([corner[:2] for corner in r.outline]) for r in storey.roofs]
+    return bool(shapely.union_all(planes).intersection(space.polygon).area > 0.5 * space.polygon.area)
+
+
+def roofs_of(number: int, structure: StructureShape) -> tuple[RoofPlane, ...]:
+    """The roof planes over a storey, as far as they were seen from inside."""
+    shapes = structure.storeys[number].roofs
+    ids = distinct(stable_id("roof", number, *np.mean(s.outline, axis=0)) for s in shapes)
+    return tuple(
+        RoofPlane(
+            id=i,
+            name=f"Roof plane {number}.{k + 1}",
+            confidence=round(min(0.95, 0.5 + 0.45 * s.coverage), 3),
+            evidence=Evidence(
+                rms=s.rms,
+                coverage=s.coverage,
+                sentence=f"underside seen on {s.coverage:.0%}, RMS {s.rms * 1000:.0f} mm; thickness assumed",
+            ),
+            outline=s.outline,
+            thickness=Dimension(value=ROOF, source="assumed"),
+        )
+        for k, (i, s) in enumerate(zip(ids, shapes, strict=True))
     )
 
 

@@ -25,6 +25,7 @@ from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
+from scan2bim.structure.roofs import LEVEL, Slope, crown_of, find_roofs, roof_of, upper_edge
 from scan2bim.structure.shapes import (
     BeamShape,
     ColumnShape,
@@ -96,7 +97,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(below, plan)
-        rooms.append(_rooms(plan, found, panes, near, wells, stairs, *members))
+        room = _rooms(plan, found, panes, near, wells, stairs, *members)
+        rooms.append(room if number + 1 < len(levels) else _under_roof(room, plan))
         faces += found
         depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
@@ -121,6 +123,8 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
 class Rooms:
     """The spaces of one storey, the virtual borders between them, and what speaks for its walls; no rasters.
 
+    ``crown`` is the height (z) of the ridge or of the ceiling under it.
+
     ``polygons`` are those of the spaces, then those of the wells in the floor, which bound walls, too.
     """
 
@@ -133,6 +137,14 @@ class Rooms:
     stairs: tuple[StairShape, ...]
     columns: tuple[ColumnShape, ...]
     beams: tuple[BeamShape, ...]
+    roofs: tuple[Slope, ...] = ()
+    crown: float = 0.0
+
+
+def _under_roof(rooms: Rooms, plan: Plan) -> Rooms:
+    """The topmost storey with its roof planes."""
+    roofs = tuple(find_roofs(plan, rooms.polygons))
+    return replace(rooms, roofs=roofs, crown=crown_of(plan, rooms.polygons))
 
 
 def _rooms(
@@ -186,7 +198,9 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     clear = tuple(_clear(space, axes) for space in rooms.spaces)
     level = rooms.levels
     heights = level.floor, level.sigma, level.ceiling, level.top
-    return StoreyShape(*heights, clear, walls, rooms.stairs, rooms.columns, rooms.beams)
+    return StoreyShape(
+        *heights, clear, walls, rooms.stairs, rooms.columns, rooms.beams, tuple(map(roof_of, rooms.roofs))
+    )
 
 
 def _clear(space: SpaceShape, axes: Sequence[Axis]) -> SpaceShape:
@@ -217,6 +231,8 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
     beside = [rooms.spaces[s] for s in (*axis.left, *axis.right)]
     ceilings = [s.ceiling for s in beside if s.ceiling is not None]
     top = max(ceilings, default=levels.ceiling if levels.ceiling is not None else levels.top)
+    edge = upper_edge(axis.start + axis.inset, axis.end + axis.inset, rooms.roofs, levels.floor, rooms.crown)
+    top = levels.floor + max(h for _, h in edge) if edge else top
     at, _, distance = evidence.on_faces(axis)
     columns = evidence.columns
     rms = float(np.sqrt(np.average(distance**2, weights=columns.bins[at]))) if len(at) else BAND
@@ -242,4 +258,5 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
         tuple(
             JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number
         ),
+        edge if edge and np.ptp([h for _, h in edge]) > LEVEL else (),
     )

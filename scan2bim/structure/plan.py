@@ -119,12 +119,12 @@ def _square() -> NDArray[np.uint8]:
 
 def _sloping(height: F32) -> NDArray[np.bool_]:
     """Pixels on or near ceilings that rise steadily; steps do not count."""
-    rise = np.maximum(np.abs(_rise(height, 0)), np.abs(_rise(height, 1)))
-    steady = opened(closed((rise > 0.2).astype(np.uint8), 3), 9)
+    slope = np.maximum(np.abs(rise(height, 0)), np.abs(rise(height, 1)))
+    steady = opened(closed((slope > 0.2).astype(np.uint8), 3), 9)
     return cv2.dilate(steady, np.ones((SOFFIT, SOFFIT), np.uint8)) > 0
 
 
-def _rise(height: F32, axis: int) -> F32:
+def rise(height: F32, axis: int) -> F32:
     """Slope of heights along an axis over 20 cm, nan where not known."""
     rise = np.full(height.shape, np.nan, np.float32)
     if axis:
@@ -178,7 +178,7 @@ def _sloped(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: 
     """
     height = np.full(shape, np.nan, np.float32)
     height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
-    slope = np.hypot(_rise(height, 0), _rise(height, 1))
+    slope = np.hypot(rise(height, 0), rise(height, 1))
     sloped = np.zeros(len(z), bool)
     at = slope[pixel[hollow, 1], pixel[hollow, 0]]
     sloped[hollow] = (at > 0.27) & (at < 2.7)

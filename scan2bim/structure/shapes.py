@@ -49,7 +49,8 @@ class WallShape:
     """A wall: axis, thickness, heights; ``left`` and ``right`` the numbers of the spaces beside its axis.
 
     ``rms`` metres is that of its faces' fits, ``points`` the scan points on them, ``coverage`` the share of its faces'
-    length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them.
+    length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them. ``profile``:
+    the upper edge where it is not level, as points (distance along the axis, height over the base).
     """
 
     start: Point
@@ -68,6 +69,7 @@ class WallShape:
     stations: tuple[int, ...]
     colour: tuple[int, int, int]
     joins: tuple[JoinShape, ...] = ()
+    profile: tuple[Point, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +122,20 @@ class BeamShape:
 
 
 @dataclass(frozen=True, slots=True)
+class RoofShape:
+    """A sloping roof plane seen from below: its corners in space, counter-clockwise in plan; ``rms`` metres,
+    ``coverage`` the share of it that was seen.
+    """
+
+    outline: tuple[tuple[float, float, float], ...]
+    rms: float
+    coverage: float
+
+
+@dataclass(frozen=True, slots=True)
 class StoreyShape:
-    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls, columns and beams, the stairs that
-    start in it.
+    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls, columns, beams and roof planes,
+    the stairs that start in it.
     """
 
     floor: float
@@ -134,6 +147,7 @@ class StoreyShape:
     stairs: tuple[StairShape, ...] = ()
     columns: tuple[ColumnShape, ...] = ()
     beams: tuple[BeamShape, ...] = ()
+    roofs: tuple[RoofShape, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

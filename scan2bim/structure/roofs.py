@@ -1,0 +1,197 @@
+"""Roof planes over an attic: sloping ceilings as planes, and the upper edges of the walls that follow them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import LineString, MultiPoint, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.raster import closed, opened
+from scan2bim.structure.plan import Plan, pixels_in, rise
+from scan2bim.structure.shapes import Point, RoofShape
+
+SLOPES = (0.2, 2.7)
+"""Tangents of the slopes of roofs: 11 to 70 degrees; flatter are level ceilings, steeper are walls."""
+SMALLEST = 2.0
+"""Square metres in plan of the smallest plane: less are dormers' cheeks and the undersides of stairs."""
+ALIKE = 0.1
+"""Difference of slopes within which places belong to one plane at first."""
+BAND = 0.04
+"""Distance in height, metres, within which places lie on a plane."""
+FLAT = 0.008
+"""Greatest root mean square distance, metres, of a plane: a vault's strip within BAND of a plane has more."""
+NARROWEST = 0.8
+"""Width, metres, of the narrowest plane."""
+MEETING = 0.3
+"""Metres that planes are drawn on to their meeting lines, ridges and hips, and to the walls."""
+FAR = 1000.0
+"""Metres: beyond all buildings."""
+UNDER = 0.8
+"""Distance, metres, from a plane's outline up to which a wall's upper edge follows it: a wall's thickness."""
+COVERED = 0.8
+"""Share of a wall's length near roof planes from which on its upper edge follows them."""
+RIDGE = 0.15
+"""Metres by which planes may meet above the highest that was seen: there is a ridge beam, or little was seen."""
+LEVEL = 0.1
+"""Difference of heights, metres, along a wall up to which its upper edge is level."""
+STRAIGHT = 0.015
+"""Metres to which an upper edge is drawn with as few points as possible."""
+F64 = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slope:
+    """A roof plane: z = ``plane`` . (x, y, 1), its ``outline`` in plan, ``rms`` metres, ``coverage`` the share seen."""
+
+    plane: F64
+    outline: Polygon
+    rms: float
+    coverage: float
+
+    def height(self, xy: F64) -> F64:
+        """Heights (n,) over points (n, 2)."""
+        return xy @ self.plane[:2] + self.plane[2]
+
+
+def find_roofs(plan: Plan, spaces: Sequence[Polygon]) -> list[Slope]:
+    """The roof planes over a topmost storey and its spaces, largest first."""
+    z = plan.overhead_z.astype(np.float64)
+    gradient = np.stack([rise(plan.overhead_z, 1), rise(plan.overhead_z, 0)], -1)
+    steep = np.linalg.norm(gradient, axis=-1)
+    free = np.isfinite(z) & np.isfinite(steep) & (steep > SLOPES[0]) & (steep < SLOPES[1])
+    found: list[tuple[F64, Mask, float]] = []
+    while free.sum() * PLAN**2 > SMALLEST:
+        seed = _seed(gradient, z, plan.ceiling_xy, free)
+        plane, on, rms = _fit(z, plan.ceiling_xy, seed)
+        free &= ~(seed | on)
+        region = _largest(on)
+        if rms < FLAT and region.sum() * PLAN**2 > SMALLEST and SLOPES[0] < np.hypot(plane[0], plane[1]) < SLOPES[1]:
+            found.append((plane, region, rms))
+    return _trimmed(found, plan, shapely.union_all(list(spaces)).buffer(0.02))
+
+
+def crown_of(plan: Plan, spaces: Sequence[Polygon]) -> float:
+    """Greatest height of what hangs over the spaces: the ridge, or a level ceiling under it."""
+    heights = np.concatenate([plan.overhead_z[pixels_in(s, plan)] for s in spaces] or [np.zeros(0, np.float32)])
+    heights = heights[np.isfinite(heights)]
+    return float(np.percentile(heights, 99.8)) if len(heights) else plan.levels.top
+
+
+def _seed(gradient: NDArray[np.float32], z: F64, xy: NDArray[np.float32], free: Mask) -> Mask:
+    """Places of the commonest slope and the commonest plane of that slope."""
+    g = gradient[free].astype(np.float64)
+    bins = np.floor(g / ALIKE).astype(np.int64)
+    _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
+    mode = np.median(g[inverse.ravel() == counts.argmax()], axis=0)
+    alike = free & (np.abs(gradient - mode) < ALIKE).all(-1)
+    offset = z[alike] - xy[alike].astype(np.float64) @ mode
+    steps = np.floor((offset - offset.min()) / ALIKE).astype(np.int64)
+    best = (np.bincount(steps).argmax() + 0.5) * ALIKE + offset.min()
+    seed = np.zeros(z.shape, bool)
+    seed[alike] = np.abs(offset - best) < ALIKE
+    return seed
+
+
+def _fit(z: F64, xy: NDArray[np.float32], seed: Mask) -> tuple[F64, Mask, float]:
+    """The plane (3,) through places, all places on it, and their root mean square distance in height, metres."""
+    rows = np.concatenate([xy.astype(np.float64), np.ones((*z.shape, 1))], -1)
+    on = seed
+    plane: F64 = np.zeros(3)
+    for _ in range(4):
+        plane = np.linalg.lstsq(rows[on], z[on], rcond=None)[0].astype(np.float64)
+        on = np.abs(z - rows @ plane) < BAND
+        if on.sum() < 10:
+            return plane, seed, np.inf
+    return plane, on, float(np.sqrt(np.mean((z - rows @ plane)[on] ** 2)))
+
+
+def _largest(on: Mask) -> Mask:
+    """The largest connected part of a mask, gaps closed, without what is narrower than NARROWEST."""
+    whole = opened(closed(on.astype(np.uint8), 9), round(NARROWEST / PLAN))
+    _, labels, boxes, _ = cv2.connectedComponentsWithStats(whole)
+    return np.asarray(labels == 1 + boxes[1:, cv2.CC_STAT_AREA].argmax()) if len(boxes) > 1 else whole > 0
+
+
+def _trimmed(found: Sequence[tuple[F64, Mask, float]], plan: Plan, inside: BaseGeometry) -> list[Slope]:
+    """The planes with their outlines: rectangles up the slope, cut at the lines where planes meet and at the walls."""
+    rectangles = [_rectangle(plane, region, plan) for plane, region, _ in found]
+    slopes: list[Slope] = []
+    for number, (plane, region, rms) in enumerate(found):
+        outline: BaseGeometry = rectangles[number].buffer(MEETING, join_style="mitre")
+        for other, (against, _, _) in enumerate(found):
+            if other != number and rectangles[other].distance(rectangles[number]) < MEETING:
+                outline = outline.intersection(_lower(plane - against, outline))
+        parts = [p for p in shapely.get_parts(outline.intersection(inside)) if isinstance(p, Polygon)]
+        if parts:
+            largest = shapely.orient_polygons(max(parts, key=lambda p: p.area))
+            outline = Polygon(shapely.simplify(largest, 0.02).exterior)
+            slopes.append(Slope(plane, outline, rms, min(1.0, float(region.sum()) * PLAN**2 / outline.area)))
+    return sorted(slopes, key=lambda s: -s.outline.area)
+
+
+def _rectangle(plane: F64, region: Mask, plan: Plan) -> Polygon:
+    """The rectangle in plan round a region, one side up the plane's slope."""
+    row, col = np.nonzero(region)
+    xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+    up = plane[:2] / np.linalg.norm(plane[:2])
+    axes = np.array([up, [-up[1], up[0]]])
+    (a, b), (c, d) = np.percentile(xy @ axes.T, [0.5, 99.5], axis=0)
+    return Polygon(np.array([[a, b], [c, b], [c, d], [a, d]]) @ axes)
+
+
+def _lower(difference: F64, near: BaseGeometry) -> BaseGeometry:
+    """Where one plane lies below another, as a large rectangle beside their meeting line; ``difference`` (3,)."""
+    size = float(np.linalg.norm(difference[:2]))
+    middle = np.array(near.centroid.coords[0])
+    if size < 1e-6:
+        return near
+    normal = difference[:2] / size
+    along = np.array([-normal[1], normal[0]])
+    foot = middle - normal * (middle @ difference[:2] + difference[2]) / size
+    far = 1e3
+    return Polygon(
+        [foot - far * along, foot + far * along, foot + far * (along - normal), foot - far * (along + normal)]
+    )
+
+
+def roof_of(slope: Slope) -> RoofShape:
+    """A roof plane as the stage's result."""
+    corners = np.array(slope.outline.exterior.coords)[:-1]
+    heights = slope.height(corners)
+    return RoofShape(
+        tuple(
+            (round(float(x), 4), round(float(y), 4), round(float(z), 4))
+            for (x, y), z in zip(corners, heights, strict=True)
+        ),
+        round(slope.rms, 4),
+        round(slope.coverage, 3),
+    )
+
+
+def upper_edge(start: F64, end: F64, roofs: Sequence[Slope], base: float, level: float) -> tuple[Point, ...]:
+    """The upper edge of a wall whose face runs from ``start`` to ``end`` (2,), as points (distance along, height over
+    ``base``): under the lowest roof plane near it, at most ``level`` (z); empty where no plane is over it.
+    """
+    length = float(np.linalg.norm(end - start))
+    t = np.linspace(0.0, length, max(2, round(length / PLAN) + 1))
+    xy = start + np.outer(t / max(length, 1e-9), end - start)
+    near = [r for r in roofs if r.outline.distance(MultiPoint(xy)) < UNDER]
+    if not near:
+        return ()
+    apart = np.array([shapely.distance(r.outline, shapely.points(xy)) for r in near])
+    if (apart.min(0) < UNDER).mean() < COVERED:
+        return ()
+    heights = np.array([r.height(xy) for r in near])
+    z = np.where(apart < UNDER, heights, np.inf).min(0)
+    z = np.where(np.isfinite(z), z, heights.min(0))
+    z = (np.minimum(z, level) if z.max() > level + RIDGE else z) - base
+    edge = shapely.get_coordinates(LineString(np.column_stack([t, np.maximum(z, 0.1)])).simplify(STRAIGHT))
+    return tuple((round(float(a), 4), round(float(h), 4)) for a, h in edge)
