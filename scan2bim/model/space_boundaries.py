@@ -17,6 +17,7 @@ from scan2bim.model.boundary_context import Behind, Solid, StoreyPlan, plan_of
 from scan2bim.model.elements import Building, Opening, Point2, Point3, Ring, Space
 from scan2bim.model.plates import horizontal_patches
 from scan2bim.model.queries import point_on_wall, wall_direction
+from scan2bim.model.wall_measures import height_at
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -181,13 +182,71 @@ def _side(
     low = space.base
     if solid is not None and solid.top > low + LEAST:
         reach = top if solid.top > top - LEAST else solid.top
-        wall = found.add(*_upright(space, edge, part, (low, reach), behind, solid.id, plan.is_external(behind)))
+        outline = _upper_edge(solid, edge, part, low, reach)
+        made, middle = _upright(space, edge, part, (low, reach), behind, solid.id, plan.is_external(behind))
+        if outline is not None:
+            _over_profile(found, made, edge, outline, reach - low)
+            made = replace(made, patch=replace(made.patch, outline=outline))
+        wall = found.add(made, middle)
         for opening in solid.wall.openings if solid.wall is not None else ():
             _in_wall(found, space, edge, part, (low, reach), wall, solid, opening)
         low = reach
     if top - low > LEAST / 2:
         beyond = behind.beyond or plan.open_to(space, edge.at((part[0] + part[1]) / 2, 0.0), edge.outward)
         found.add(*_upright(space, edge, part, (low, top), replace(behind, beyond=beyond), None, None))
+
+
+def _upper_edge(solid: Solid, edge: _Edge, part: tuple[float, float], low: float, reach: float) -> Ring | None:
+    """Outline of a part of an edge under a wall's profile, from ``low`` to ``reach`` (z) at most, in the part's own
+    coordinates; None where the wall is as high everywhere.
+    """
+    wall = solid.wall
+    if wall is None or not wall.profile or low + LEAST > reach:
+        return None
+    (ux, uy), (first, last) = wall_direction(wall, 0.0), part
+
+    def height(t: float) -> float:
+        x, y = edge.at(t)
+        over = height_at(wall.profile, (x - wall.start[0]) * ux + (y - wall.start[1]) * uy)
+        return min(max(wall.base + over, low + LEAST), reach) - low
+
+    places = [first]
+    for x in _turns(wall.profile, reach - wall.base):
+        t, _ = edge.project((wall.start[0] + x * ux, wall.start[1] + x * uy))
+        if first + STEP < t < last - STEP and all(abs(t - other) > STEP for other in places):
+            places.append(t)
+    places = [*sorted(places), last]
+    edges = [(t - first, height(t)) for t in places]
+    if min(h for _, h in edges) > reach - low - LEAST:
+        return None
+    return ((0.0, 0.0), (last - first, 0.0), *reversed(edges))
+
+
+def _turns(profile: Sequence[Point2], level: float) -> list[float]:
+    """Where a profile turns or crosses a level."""
+    crossed = [
+        x0 + (x1 - x0) * (level - z0) / (z1 - z0)
+        for (x0, z0), (x1, z1) in itertools.pairwise(profile)
+        if (z0 - level) * (z1 - level) < 0.0
+    ]
+    return [x for x, _ in profile] + crossed
+
+
+def _over_profile(found: _Found, made: Boundary, edge: _Edge, outline: Ring, height: float) -> None:
+    """Virtual boundaries between a wall's profile and the height (metres) of the part beside it."""
+    import shapely
+
+    width = outline[1][0]
+    rest = shapely.box(0.0, 0.0, width, height).difference(shapely.Polygon(outline))
+    for piece in shapely.get_parts(rest):
+        if piece.area > LEAST * LEAST:
+            ring = tuple((float(x), float(y)) for x, y in shapely.orient_polygons(piece).exterior.coords[:-1])
+            key = f"boundary of {made.space} by nothing to {made.beyond or 'nothing'}"
+            x, y, z = made.patch.origin
+            inner = piece.representative_point()
+            (dx, dy) = edge.along
+            place = (x + inner.x * dx, y + inner.x * dy, z + inner.y)
+            found.add(Boundary(key, made.space, None, replace(made.patch, outline=ring), made.beyond), place)
 
 
 def _in_wall(

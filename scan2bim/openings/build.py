@@ -35,6 +35,8 @@ TALLEST_DOOR = 3.0
 """Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
 NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
+BELOW = 0.9
+"""Share of an opening that lies below its wall's upper edge: what is seen beyond a roof's slope is no opening."""
 SCRATCH = ".near.bin"
 """File that holds the points near walls while openings are looked for."""
 SURER = 0.2
@@ -102,7 +104,8 @@ def openings_of(
             hung = [with_leaf(opening, near.wall, scene.surfels, index) for opening in seen]
             found += [replace(opening, confidence=probability(opening, near.wall)) for opening in hung]
             found += closed_openings(near.storey, near.place, near.wall, faces, near.points)
-    return found
+    walls = [storey.walls for storey in structure.storeys]
+    return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
-from shapely.geometry import Polygon
+from shapely.geometry import Polygon, box
 
 Point = tuple[float, float]
 Ring = tuple[Point, ...]
@@ -70,6 +70,13 @@ class WallShape:
     colour: tuple[int, int, int]
     joins: tuple[JoinShape, ...] = ()
     profile: tuple[Point, ...] = ()
+
+    def share_below(self, offset: float, sill: float, width: float, height: float) -> float:
+        """Share of a rectangle in the wall's plane that lies below its upper edge."""
+        if not self.profile:
+            return 1.0
+        side = Polygon([(self.profile[0][0], 0.0), (self.profile[-1][0], 0.0), *reversed(self.profile)])
+        return box(offset, sill, offset + width, sill + height).intersection(side).area / (width * height)
 
 
 @dataclass(frozen=True, slots=True)

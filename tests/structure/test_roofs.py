@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box
 
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.model.elements import Building, Dimension, Space, Storey, Wall
+from scan2bim.model.space_boundaries import space_boundaries
 from scan2bim.structure.columns import Columns, Grid
 from scan2bim.structure.plan import Plan
 from scan2bim.structure.roofs import find_roofs, roof_of, upper_edge
+from scan2bim.structure.shapes import WallShape
 from scan2bim.structure.storeys import StoreyLevels
 
 LONG, WIDE, EAVES, PITCH = 9.0, 6.0, 0.7, 0.8
@@ -82,3 +85,43 @@ def test_a_wall_that_is_mostly_under_no_roof_plane_keeps_its_height() -> None:
     beside = np.array([20.0, 0.5]), np.array([20.0, 6.5])
     assert upper_edge(*beside, roofs, 0.0, RIDGE) == ()
     assert Polygon(ROOM).contains(roofs[0].outline.buffer(-0.1))
+
+
+def test_the_wall_beside_a_gabled_attic_bounds_its_space_up_to_the_profile_alone() -> None:
+    measured = Dimension(value=3.0, source="measured")
+    corners = [(0.0, 0.0), (8.0, 0.0), (8.0, 6.0), (0.0, 6.0)]
+    walls = tuple(
+        Wall(
+            id=f"w{i}",
+            name=f"w{i}",
+            confidence=1.0,
+            start=a,
+            end=b,
+            thickness=Dimension(value=0.2, source="measured"),
+            base=0.0,
+            height=measured,
+            profile=((0.0, 1.0), (3.0, 3.0), (6.0, 1.0)) if i % 2 else (),
+            left_spaces=("s",),
+        )
+        for i, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True))
+    )
+    outline = ((0.1, 0.1), (7.9, 0.1), (7.9, 5.9), (0.1, 5.9))
+    height = Dimension(value=2.0, source="measured")
+    space = Space(id="s", name="s", confidence=1.0, outline=outline, base=0.0, height=height, area=45.24, volume=90.48)
+    storey = Storey(id="1", name="1", elevation=Dimension(value=0.0, source="measured"), walls=walls, spaces=(space,))
+    upright = [b for b in space_boundaries(Building(id="b", name="b", storeys=(storey,))) if b.patch.normal[2] == 0.0]
+    area = {i: sum(Polygon(b.patch.outline).area for b in upright if b.element == f"w{i}") for i in range(4)}
+    under = 2 * (1.4 * (1.0667 + 2.0) / 2 + 1.5 * 2.0)
+    assert area[1] == pytest.approx(under, abs=0.01)
+    assert area[3] == pytest.approx(under, abs=0.01)
+    assert sum(Polygon(b.patch.outline).area for b in upright) == pytest.approx(2 * 2.0 * (7.8 + 5.8), abs=1e-6)
+
+
+def test_what_is_seen_beyond_a_roofs_slope_is_no_opening() -> None:
+    wall = WallShape(
+        (0.0, 0.0), (6.0, 0.0), 0.3, None, 0.0, 3.0, True, (0,), (), 0.001, 100, 1.0, 1, (0,), (200, 200, 200),
+        profile=((0.0, 1.0), (3.0, 3.0), (6.0, 1.0)),
+    )  # fmt: skip
+    assert wall.share_below(2.4, 0.9, 1.2, 1.2) == pytest.approx(1.0)
+    assert wall.share_below(0.0, 2.0, 1.0, 0.8) == pytest.approx(0.0, abs=1e-6)
+    assert 0.0 < wall.share_below(0.6, 0.9, 1.0, 1.2) < 0.9
