@@ -20,6 +20,7 @@ from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
+from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.openings.open import find_open
 from scan2bim.openings.paper.closed import paper_openings
@@ -59,7 +60,7 @@ def find_openings(
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
     found = openings_of(structure, scene, scan_folders, folder, settings, progress)
-    save_openings(without_overlaps(completed(found), structure.storeys), folder / "openings.json")
+    save_openings(without_overlaps(completed(with_usual_linings(found)), structure.storeys), folder / "openings.json")
 
 
 def draw_openings(
@@ -101,7 +102,8 @@ def openings_of(
         if settings.method == "paper":
             found += [*seen, *paper_openings(near.storey, near.place, faces, settings)]
         else:
-            hung = [with_leaf(opening, near.wall, scene.surfels, index) for opening in seen]
+            images = [face.image for face in faces]
+            hung = [with_lining(with_leaf(o, near.wall, scene.surfels, index), images) for o in seen]
             found += [replace(opening, confidence=probability(opening, near.wall)) for opening in hung]
             found += closed_openings(near.storey, near.place, near.wall, faces, near.points)
     walls = [storey.walls for storey in structure.storeys]

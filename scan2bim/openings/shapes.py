@@ -26,7 +26,8 @@ class OpeningShape:
     closed), ``hinge`` and ``swing`` side of its leaf, where one was seen. ``leaves`` how many; ``glazed`` whether rays
     went through the closed leaf; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf;
     ``handle_height`` over the base; ``words`` the evidence for a closed door; ``hidden`` how
-    far outwards its left, right, lower and upper side may lie, metres, where something hid them, else 0.
+    far outwards its left, right, lower and upper side may lie, metres, where something hid them, else 0; ``lining``
+    width of the lining that shows flush with the wall round a window.
     """
 
     storey: int
@@ -56,6 +57,7 @@ class OpeningShape:
     sides: int = 0
     glazed: bool | None = None
     hidden: tuple[float, float, float, float] = NOT_HIDDEN
+    lining: float | None = None
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

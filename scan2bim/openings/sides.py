@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.edges import MARGIN, REACH, Edge, find_edge
+from scan2bim.openings.edges import FEWEST, MARGIN, REACH, Edge, find_edge
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 
 FARTHEST = 0.6
 """Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""
 TOLD = 0.25
 """Share of a strip along a side in which something must have been seen for it not to be hidden."""
+STANDS_OUT = 0.012
+"""Metres before the wall's face from which on a point below a window is of its board's front."""
+BOARD, BOARD_GAP = (0.01, 0.06), 0.01
+"""Thickness of window boards, metres, and the gap between points of a front that ends it."""
+BOARD_LENGTH = 0.3
+"""Share of a window's width on which the front of its board must be seen."""
+BOARD_SIGMA = 0.004
+"""Standard deviation of a board's thickness, metres."""
 F64 = NDArray[np.float64]
 Sides = tuple[Edge, Edge, Edge, Edge]
 """Left, right, lower and upper."""
@@ -44,7 +54,27 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
         found.append(edges)
     pairs = zip(*found, (1.0, -1.0, 1.0, -1.0), strict=True)
     first, second, third, fourth = (_outer(a, b, inward) for a, b, inward in pairs)
+    proud = depth < -STANDS_OUT
+    third = _under_board(third, along[wide & proud], up[wide & proud], right - left)
     return first, second, third, fourth
+
+
+def _under_board(sill: Edge, along: F64, up: F64, width: float) -> Edge:
+    """The lower edge of a window below the board that lies on it, if the front of one stands out from the wall there;
+    ``along``, ``up`` (n,) are points that do.
+    """
+    below = sill.place - up
+    near = (below > -BOARD[0]) & (below < BOARD[1] + BOARD_GAP)
+    if sill.hidden > 0 or near.sum() < FEWEST:
+        return sill
+    front = np.sort(below[near])
+    ends = np.flatnonzero(np.diff(front) > BOARD_GAP)
+    last = int(ends[0]) if len(ends) else len(front) - 1
+    thickness = float(front[max(0, last - last // 20)])
+    long = len(np.unique(np.floor(along[near] / BOARD_GAP))) * BOARD_GAP > BOARD_LENGTH * width
+    if not (long and BOARD[0] <= thickness <= BOARD[1] and front[0] < BOARD_GAP):
+        return sill
+    return replace(sill, place=sill.place - thickness, sigma=float(np.hypot(sill.sigma, BOARD_SIGMA)))
 
 
 def _outer(a: Edge, b: Edge, inward: float) -> Edge:

@@ -150,3 +150,20 @@ def test_a_doorway_with_nothing_in_it_is_an_open_door() -> None:
     (found,) = found_in([DOORWAY], reveals(DOORWAY, 0.28), through=[DOORWAY])
     assert (found.kind, found.state, found.glazed) == ("door", "open", None)
     assert sides(found) == pytest.approx(DOORWAY, abs=0.01)
+
+
+def board(hole: Hole, thickness: float, proud: float = 0.04) -> F64:
+    """Points on the front of a window board below a hole, and on its upper side."""
+    left, right, bottom, _ = hole
+    return np.concatenate([sheet((left - 0.05, right + 0.05, bottom - thickness, bottom), -proud, STEP / 2)])
+
+
+def test_an_opening_ends_below_the_window_board_that_lies_on_it() -> None:
+    (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW), board(WINDOW, 0.03), through=[clear(WINDOW)])
+    assert found.sill == pytest.approx(WINDOW[2] - 0.03, abs=0.006)
+
+
+def test_a_radiator_below_a_window_is_no_board() -> None:
+    low = (WINDOW[0], WINDOW[1], WINDOW[2] - 0.1, WINDOW[3])
+    (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW), board(low, 0.6), through=[clear(WINDOW)])
+    assert found.sill == pytest.approx(WINDOW[2], abs=0.006)
