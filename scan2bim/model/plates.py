@@ -24,6 +24,9 @@ NEAR: Final = 0.15
 DEEP: Final = 1.0
 """Metres. Deepest build-up between a space and the one above it."""
 
+SNAP: Final = 1e-6
+"""Metres. Overlays snap to this grid: without one, GEOS may give back the whole where edges nearly fall together."""
+
 
 @dataclass(frozen=True, slots=True)
 class LevelPatch:
@@ -87,9 +90,9 @@ def _covered(
     for name, plate in plates:
         outline = shapely.union_all(valid_areas(plate.outline, plate.holes))
         external = isinstance(plate, Slab) and plate.use != "FLOOR"
-        for part in _parts(rest.intersection(outline)):
+        for part in _parts(shapely.intersection(rest, outline, grid_size=SNAP)):
             yield from _divided(part, z, up, name, spaces, own, external)
-        rest = rest.difference(outline)
+        rest = shapely.difference(rest, outline, grid_size=SNAP)
     for part in _parts(rest):
         yield from _divided(part, z, up, None, spaces, own, None)
 
@@ -105,11 +108,11 @@ def _divided(
         if space.id == own:
             continue
         behind = shapely.union_all(valid_areas(space.outline, space.holes))
-        shared = list(_parts(rest.intersection(behind)))
+        shared = list(_parts(shapely.intersection(rest, behind, grid_size=SNAP)))
         for piece in shared:
             yield LevelPatch(piece, z, up, element, space.id, False)
         if shared:
-            rest = rest.difference(shapely.union_all(shared))
+            rest = shapely.difference(rest, shapely.union_all(shared), grid_size=SNAP)
     for piece in _parts(rest):
         yield LevelPatch(piece, z, up, element, None, external if external else None)
 

@@ -29,6 +29,12 @@ DEEP = 0.02
 """Metres that a space may reach into a wall: the evenness of a face."""
 SHORT_OF = 0.12
 """Metres. An end this near before another wall was meant to reach it."""
+SNAP = 1e-6
+"""Metres. Overlays snap to this grid."""
+BEFORE = 0.12
+"""Metres. What holds a space off a wall's face by less is a curtain or panel before it: were it wall, it had a body."""
+ALONG = 0.3
+"""Share of its outline with which what lies between a space and a wall's face lies on this face."""
 
 
 def parted(axes: Sequence[Axis]) -> list[Axis]:
@@ -161,7 +167,29 @@ def clear_of(space: Polygon, axes: Sequence[Axis]) -> Polygon:
     ]
     if not inside:
         return space
-    rest = shapely.difference(space, shapely.union_all(inside))
+    rest = shapely.difference(space, shapely.union_all(inside), grid_size=SNAP)
     even = rest.buffer(-DEEP / 2, join_style="mitre").buffer(DEEP / 2, join_style="mitre")
     parts = [part for part in shapely.get_parts(even) if isinstance(part, Polygon)]
     return max(parts, key=lambda part: part.area, default=space)
+
+
+def up_to(space: Polygon, axes: Sequence[Axis], others: Sequence[Polygon] = ()) -> Polygon:
+    """A space drawn on to the faces of walls where something flat before them held it off, and no other space is."""
+    walls = shapely.union_all([_body(axis) for axis in axes])
+    both = shapely.union(space, walls)
+    closed = both.buffer(BEFORE / 2, join_style="mitre").buffer(-BEFORE / 2, join_style="mitre")
+    strips = shapely.get_parts(shapely.difference(closed, both, grid_size=SNAP))
+    faces, taken = walls.boundary.buffer(2 * SNAP), shapely.union_all(list(others))
+    between = [
+        strip
+        for strip in strips
+        if strip.intersects(space)
+        and strip.boundary.intersection(faces).length > ALONG * strip.length
+        and not strip.buffer(-DEEP / 2).is_empty
+        and not shapely.dwithin(strip, taken, SNAP)
+    ]
+    if not between:
+        return space
+    whole = shapely.union_all([space, *between], grid_size=SNAP)
+    even = whole.buffer(DEEP / 2, join_style="mitre").buffer(-DEEP / 2, join_style="mitre").simplify(DEEP / 4)
+    return even if isinstance(even, Polygon) else space
