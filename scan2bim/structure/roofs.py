@@ -130,8 +130,9 @@ def _trimmed(found: Sequence[tuple[F64, Mask, float]], plan: Plan, inside: BaseG
             if other != number and rectangles[other].distance(rectangles[number]) < MEETING:
                 outline = outline.intersection(_lower(plane - against, outline))
         parts = [p for p in shapely.get_parts(outline.intersection(inside)) if isinstance(p, Polygon)]
-        if parts:
-            largest = shapely.orient_polygons(max(parts, key=lambda p: p.area))
+        largest = max(parts, key=lambda p: p.area, default=Polygon())
+        if largest.area > NARROWEST**2:
+            largest = shapely.orient_polygons(largest)
             outline = Polygon(shapely.simplify(largest, 0.02).exterior)
             slopes.append(Slope(plane, outline, rms, min(1.0, float(region.sum()) * PLAN**2 / outline.area)))
     return sorted(slopes, key=lambda s: -s.outline.area)

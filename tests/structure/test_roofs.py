@@ -125,3 +125,8 @@ def test_what_is_seen_beyond_a_roofs_slope_is_no_opening() -> None:
     assert wall.share_below(2.4, 0.9, 1.2, 1.2) == pytest.approx(1.0)
     assert wall.share_below(0.0, 2.0, 1.0, 0.8) == pytest.approx(0.0, abs=1e-6)
     assert 0.0 < wall.share_below(0.6, 0.9, 1.0, 1.2) < 0.9
+
+
+@pytest.mark.parametrize("width", [1e-6, 0.02])
+def test_a_roof_over_a_sliver_of_a_space_is_none(width: float) -> None:
+    assert find_roofs(attic(), [box(1.0, 1.0, 1.0 + width, 1.0 + width)]) == []
