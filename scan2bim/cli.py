@@ -120,6 +120,11 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
     )
     convert.add_argument("--debug-images", metavar="DIR", help="write pictures of how openings are found on each wall")
     convert.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")
+    convert.add_argument(
+        "--ids-from",
+        metavar="MODEL.json",
+        help="an earlier model of the same building: what still stands there keeps its identifiers",
+    )
     convert.add_argument("--ifc-version", choices=IFC_VERSIONS, help="version of .ifc files (default: IFC4)")
     convert.add_argument("--name", metavar="NAME", help="name of the building (default: that of the first output)")
     _add_work(convert)

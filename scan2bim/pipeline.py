@@ -21,7 +21,7 @@ from scan2bim.estimate import choose_jobs, free_disk, memory_and_disk
 from scan2bim.guard import guarded
 from scan2bim.logs import RunLog
 from scan2bim.numbacache import ensure_numba_cache, load_without_compiler
-from scan2bim.planning import Request, StageRun, checked_inputs, kept_frame, planned
+from scan2bim.planning import Request, StageRun, checked_inputs, earlier_model, kept_frame, planned
 from scan2bim.progress import Progress, Reporter, several, size
 from scan2bim.reading import read_all
 from scan2bim.scan_points import local_points
@@ -82,19 +82,27 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
 
     with RunLog() as log:
         scans = checked_inputs(request)
+        earlier = earlier_model(request)
         tell_headers(scans, reporter)
         with open_work(request.work) as work:
             log.open(work.root / "log.txt")
             run = Run(request, reporter, work)
             run.begin(scans)
             scans, frame, keys, folders = run.measure(scans)
-            building = run.recognise(scans, frame, keys, folders)
+            building = named_as(run.recognise(scans, frame, keys, folders), earlier)
             with run.timed(EXPORT):
                 points = partial(local_points, scans, frame)
                 voxels = partial(labelled_voxels, folders)
                 written = write_outputs(building, request.outputs, request.settings.export, points, voxels)
             run.tidy()
             return Outcome(building, written, tuple(run.done), len(scans.scans), scans.points, scans.skipped)
+
+
+def named_as(building: Building, earlier: Building | None) -> Building:
+    """The building with the identifiers of an earlier model, where there is one."""
+    from scan2bim.model.kept_ids import with_ids_of
+
+    return building if earlier is None else with_ids_of(building, earlier)
 
 
 def tell_headers(scans: ScanSet, reporter: Reporter) -> None:

@@ -16,6 +16,7 @@ from scan2bim.stages import EXPORT, READ, STAGES, SURVEY, later_keys, stages_fro
 from scan2bim.workfolder import WorkFolder
 
 if TYPE_CHECKING:
+    from scan2bim.model.elements import Building
     from scan2bim.readers.info import InputReport
 
 
@@ -32,6 +33,7 @@ class Request:
     rerun_from: str | None = None
     jobs: int | None = None
     debug_images: Path | None = None
+    ids_from: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,15 @@ def checked_inputs(request: Request) -> ScanSet:
     if request.rerun_from is not None:
         stages_from(request.rerun_from)
     check_targets(request.outputs)
+    earlier_model(request)
     return gather(request.inputs, request.keep_going)
+
+
+def earlier_model(request: Request) -> Building | None:
+    """The model that identifiers are to be kept from, if one was named. Raises InputError."""
+    from scan2bim.model.io import load_building
+
+    return None if request.ids_from is None else load_building(request.ids_from)
 
 
 def kept_frame(request: Request, scans: ScanSet, work: WorkFolder) -> SurveyFrame | None:

@@ -14,6 +14,7 @@ from pydantic import Field, create_model
 
 from scan2bim.config import load_settings
 from scan2bim.errors import InputError, PrecheckError, ResourceError, Scan2BimError, StageError, UsageError
+from scan2bim.model.io import dump_building
 from scan2bim.pipeline import Outcome, convert
 from scan2bim.planning import Request, plan
 from scan2bim.progress import Done, Event, Message, Moved, Reporter, Warn
@@ -299,3 +300,15 @@ def test_the_log_tells_the_stages_and_their_times(site: Site) -> None:
     log = (site.folder / "work" / "log.txt").read_text()
     assert "surfels done in" in log
     assert "of CPU" in log
+
+
+def test_identifiers_are_kept_from_an_earlier_model_which_is_read_before_any_work(site: Site) -> None:
+    earlier = site.convert().building.model_copy(update={"id": "from-before"})
+    model = site.folder / "before.json"
+    model.write_text(dump_building(earlier))
+    assert site.convert(ids_from=model).building.id == "from-before"
+    fake_stages.calls(site.log)
+    model.write_text("{")
+    (site.folder / "scans" / "0.fake").write_text("9.5 2 3")
+    assert "before.json" in site.fails(InputError, ids_from=model)
+    assert fake_stages.calls(site.log) == []

@@ -76,6 +76,7 @@ def make_request(options: Namespace) -> Request:
         rerun_from=options.rerun_from,
         jobs=options.jobs,
         debug_images=Path(options.debug_images) if options.debug_images else None,
+        ids_from=Path(options.ids_from) if options.ids_from else None,
     )
 
 

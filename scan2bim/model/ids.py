@@ -13,8 +13,9 @@ from uuid import UUID, uuid5
 NAMESPACE = UUID("c5f1a6d2-5f0b-5a53-9d0e-3f0c1c7e2b11")
 """Root of all identifiers of this program. A change renames every element of every model."""
 
-GRID = 0.05
-"""Metres. Lengths in a key are rounded to this: well above scan noise, well below the distance of two elements."""
+GRID = 0.25
+"""Metres. Lengths in a key are rounded to this: far above what two scans of one thing differ by, so that few lengths
+fall on either side of a line of the grid; what then has one key is told apart by ``distinct``."""
 
 _IFC_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_$"
 

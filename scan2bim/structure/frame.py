@@ -18,6 +18,8 @@ from scan2bim.errors import PrecheckError
 
 LARGE = 1000.0
 """Coordinates beyond 1 km from the origin are shifted: viewers and float32 lose millimetres there."""
+SHIFT = 100.0
+"""Metres. Shifts are multiples of this, so that as a rule two surveys of a building lie in one place."""
 F64 = NDArray[np.float64]
 
 
@@ -37,14 +39,18 @@ def find_frame(headers: Sequence[ScanHeader], samples: Sequence[Chunk], settings
     unit = _find_unit(headers, points @ up_rotation(up).T, settings, notes)
     turned = unit * points @ up_rotation(up).T
     middle = np.median(turned, axis=0)
-    shift = np.where(np.abs(middle) > LARGE, np.round(middle), 0.0)
+    shift = np.where(np.abs(middle) > LARGE, _round(middle), 0.0)
     if np.abs(shift[:2]).max() > 0:
-        shift[:2] = np.round(middle[:2])
+        shift[:2] = _round(middle[:2])
     if np.abs(shift).max() > 0:
         x, y, z = (f"{value:,.0f}" for value in shift)
         notes.append(f"Coordinates are large: x {x}, y {y}, z {z} m are taken off, and kept in the model.")
     crs = next((h.crs for h in headers if h.crs), None)
     return SurveyFrame(unit, up, (float(shift[0]), float(shift[1]), float(shift[2])), crs, tuple(notes))
+
+
+def _round(middle: F64) -> F64:
+    return SHIFT * np.round(middle / SHIFT)
 
 
 def _common_points(headers: Sequence[ScanHeader], samples: Sequence[Chunk]) -> F64:
