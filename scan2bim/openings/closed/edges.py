@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import cv2
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -163,21 +164,39 @@ def _places(side: float, outward: int, size: int) -> tuple[F64, NDArray[np.int64
 
 def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measured: NDArray[np.bool_]) -> _Profile:
     """From pixels (k, n, ...) of n columns."""
-    values = np.concatenate([rgb, depth[..., None]], 2).astype(np.float64)
     measured = measured & (depth < BEFORE)
     across = np.zeros(len(measured))
     if measured.size:
         across = cv2.blur(measured.mean(1)[None], (2 * BLOCK, 1), borderType=cv2.BORDER_REFLECT)[0]
     measured &= (across >= EVEN * across.max(initial=0.0))[:, None]
-    values[~measured] = np.nan
-    enough = measured.sum(0) >= TALL_ENOUGH
-    out, means = np.full((len(t), 4), np.nan), np.full((len(t), 4), np.nan)
-    if enough.any():
-        out[enough] = np.nanmedian(values[:, enough], axis=0)
-        means[enough] = np.nanmean(values[:, enough], axis=0)
+    out, means = _middles(rgb, depth, measured)
     steps = np.abs(np.diff(means, axis=0))
-    noise = np.array([np.nanmedian(s) if np.isfinite(s).any() else 0.0 for s in steps.T])
+    noise = np.array([np.median(s[np.isfinite(s)]) if np.isfinite(s).any() else 0.0 for s in steps.T])
     return _Profile(t, out, means, noise)
+
+
+@nb.njit(cache=True, nogil=True)
+def _middles(rgb, depth, measured):  # pyright: ignore
+    """Medians and means (n, 4) of red, green, blue and depth of n columns' measured pixels, nan of too few."""
+    rows, cols = measured.shape
+    middle, mean = np.full((cols, 4), np.nan), np.full((cols, 4), np.nan)
+    values = np.empty((4, rows))
+    for c in range(cols):
+        used = 0
+        for r in range(rows):
+            if measured[r, c]:
+                for k in range(3):
+                    values[k, used] = rgb[r, c, k]
+                values[3, used] = depth[r, c]
+                used += 1
+        if used >= TALL_ENOUGH:
+            for k in range(4):
+                total = 0.0
+                for i in range(used):
+                    total += values[k, i]
+                mean[c, k] = total / used
+                middle[c, k] = np.median(values[k, :used])
+    return middle, mean
 
 
 def _wall(profiles: Sequence[_Profile]) -> float:
@@ -260,10 +279,12 @@ def _crossing(t: F64, values: F64, at: int, level: float) -> float:
 def _outermost_step(profile: _Profile) -> Edge | None:
     """The outermost place where depth or colour changes for good, else the outermost hairline."""
     t, values, least = profile.t, profile.values, _least(profile)
+    a, b, c = values[:-2], values[1:-1], values[2:]
+    middle = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))  # of three
     for i in range(len(t) - 4, 3, -1):
         if t[i] > FARTHEST:
             continue
-        outer, inner = np.median(values[i + 1 : i + 4], 0), np.median(values[i - 3 : i], 0)
+        outer, inner = middle[i + 1], middle[i - 3]
         change = np.abs(outer - inner) / least
         if change.max() > 1:
             k = int(np.argmax(change))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK
-from scan2bim.openings.closed.lines import Support
-from scan2bim.openings.closed.profiles import DEEPEST
+from scan2bim.openings.closed.lines import best_share, kinds
+from scan2bim.openings.closed.profiles import DEEPEST, columns, rows
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.closed.windows import (
     blob,
@@ -39,9 +40,9 @@ STEP = 0.03
 """Distance from the wall's fitted plane, metres, at which its flanks may lie together."""
 TRIM = 0.10
 """Width, metres, of trims and frames."""
-SLACK = (-0.02, -0.01, 0.0, 0.01, 0.02)
+SLACK = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])
 """Metres by which a side may be off its line."""
-LOOSE = tuple(0.02 * k for k in range(-4, 5))
+LOOSE = 0.02 * np.arange(-4, 5)
 """The same on the other face: there a trim's outer edge may show, and here the leaf's."""
 SHADOW = 0.15
 """Distance outwards from a rectangle, metres, at which the wall shows again: a trim hides a strip of it."""
@@ -57,7 +58,6 @@ HANDLE_REACH = 0.25
 """Distance, metres, from the leaf's edge in which the handle and its lever are."""
 HANDLE_OUT = (0.02, 0.10)
 """Metres by which handles stand out from the leaf."""
-F32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,152 +114,185 @@ class FaceEvidence:
         return min(self.left, self.right, self.head)
 
 
-def face_evidence(face: Face, box: Rectangle, slack: Sequence[float]) -> FaceEvidence:
-    """What one face says of a rectangle whose sides may be off by ``slack``."""
-    image = face.image
-    depth, known, size = image.depth, image.known, image.depth.shape
-    inner = window(size, box.left + INSET, box.right - INSET, FOOT, box.top - INSET)
-    left_flank = window(size, box.left - FLANK[1], box.left - FLANK[0], FOOT, box.top)
-    right_flank = window(size, box.right + FLANK[0], box.right + FLANK[1], FOOT, box.top)
-    inside = known_values(depth, known, inner, 2)
-    flanks = known_values(depth, known, left_flank, 2), known_values(depth, known, right_flank, 2)
-    leaf, wall = float(level(inside)), float(wall_level(*flanks, SKIN, STEP))
-    outline = _outline(face, box, slack)
-    height, at = _handle(face, box, leaf)
+def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
+    """What one face says of a rectangle."""
+    image, told = face.image, (box.left, box.right, box.top)
+    outline = _outline(*_lines(face), *told, SLACK)
+    surface = _surface(image.depth, image.known, image.rgb, *told)
+    seen, wall, leaf, colour, dominant, lintel, flank = surface
+    beyond, foot, onward = _around(*_lines(face), *told, SLACK)
+    trim, whole = _strips(image.count, image.rgb, image.depth, *told, wall, leaf)
+    height, at = _handle(image.depth, image.count, *told, leaf)
+    handle = (None, None) if np.isnan(height) else (round(height, 3), "end" if at else "start")
+    through = _through(image.through, image.on, *told)
     return FaceEvidence(
         *outline,
-        float(share_known(known, window(size, box.left, box.right, 0.0, box.top), 2)),
+        seen,
         wall - leaf,
-        float(colour_step(image.rgb, known, inner, left_flank, right_flank, 4, FEW_COLOURS)),
-        _trim(face, box, wall),
-        _beyond(face, box),
-        _foot(face, box),
-        height,
-        at,
-        _through(face, box),
-        float(share_near(inside, leaf, SAME_DEPTH)),
-        _whole(face, box, leaf),
-        _lintel(face, box, wall),
-        float(share_near(np.concatenate(flanks), wall, SKIN)),
-        _onward(face, box),
-        slack is LOOSE,
+        colour,
+        trim,
+        beyond,
+        foot,
+        *handle,
+        through,
+        dominant,
+        whole,
+        lintel,
+        flank,
+        onward,
+        False,
     )
 
 
-def _lintel(face: Face, box: Rectangle, wall: float) -> float:
-    """Share of the strip above the head that is wall: seen, and in its plane."""
-    image = face.image
-    part = window(image.depth.shape, box.left + INSET, box.right - INSET, box.top + LINTEL[0], box.top + LINTEL[1])
-    return float(share_level(image.depth, image.known, part, wall, SKIN)) if part[1] - part[0] >= 4 else 0.0
+def _lines(face: Face) -> tuple[NDArray[np.int16], ...]:
+    """The cumulated discontinuities of a face's upright and level lines."""
+    sides, heads = face.sides, face.heads
+    return sides.rising, sides.falling, sides.seen, heads.rising, heads.falling, heads.seen
 
 
-def _piece(place: float) -> int:
-    return round(place / PIXEL / BLOCK)
+@nb.njit(cache=True, nogil=True)
+def _piece(place):  # pyright: ignore
+    return int(np.rint(place / PIXEL / BLOCK))
 
 
-def _supported(support: Support, places: Sequence[float], first: int, last: int) -> F32:
-    """Share (n,) of discontinuities on lines at several places, metres, between two pieces."""
-    return support.at(places, PIXEL, first, last)
+@nb.njit(cache=True, nogil=True)
+def _pixels_of(place, slack):  # pyright: ignore
+    """The pixels of places near one."""
+    return np.rint((place + slack) / PIXEL).astype(np.int64)
 
 
-def _outline(face: Face, box: Rectangle, slack: Sequence[float]) -> tuple[float, float, float, float, float]:
+@nb.njit(cache=True, nogil=True)
+def _outline(rising, falling, seen, rising_heads, falling_heads, seen_heads, left, right, top, slack):  # pyright: ignore
     """Share of discontinuities on left side, right side and head, each off by ``slack`` at most; of those that agree
     on all three; and share of the three that was seen.
     """
-    top = _piece(box.top - 0.04)
-    sides = np.array([place + d for place in (box.left, box.right) for d in slack])
-    upright, shown = _shares(face.sides, sides, _piece(FOOT), top)
-    left, right = upright.reshape(2, 8, 2, -1).max(3).transpose(2, 0, 1)
-    heads = np.array([box.top + d for d in slack])
-    level, above = _shares(face.heads, heads, _piece(box.left + 0.05), _piece(box.right - 0.05))
-    head = level.max(2)
-    agree = np.concatenate(
-        [
-            left[:, :4] + right[::-1, :4] + head[::-1, :4],
-            left[:, 4:] + right[:, 4:] + head[:, 4:],
-        ]
+    foot, upper = _piece(FOOT), _piece(top - 0.04)
+    start, shown_start = kinds(rising, falling, seen, _pixels_of(left, slack), foot, upper)
+    end, shown_end = kinds(rising, falling, seen, _pixels_of(right, slack), foot, upper)
+    first, last = _piece(left + 0.05), _piece(right - 0.05)
+    head, shown = kinds(rising_heads, falling_heads, seen_heads, _pixels_of(top, slack), first, last)
+    agree = np.float32(0)
+    for k in range(8):
+        for up in range(2):
+            other = 1 - up if k < 4 else up
+            agree = max(agree, start[up, k] + end[other, k] + head[other, k])
+    shown = (shown_start + shown_end + shown) / np.float32(3)
+    return (
+        np.float64(start.max()),
+        np.float64(end.max()),
+        np.float64(head.max()),
+        np.float64(agree) / 3,
+        np.float64(shown),
     )
-    seen = (*shown.reshape(2, -1).max(1), above.max())
-    return float(left.max()), float(right.max()), float(head.max()), float(agree.max()) / 3, float(np.mean(seen))
 
 
-def _shares(support: Support, places: NDArray[np.float64], first: int, last: int) -> tuple[F32, F32]:
-    """As ``Support.shares`` of lines at places (n,), metres, between two pieces."""
-    at = np.rint(places / PIXEL).astype(np.int64)
-    return support.shares(at, np.full(len(at), first), np.full(len(at), last))
-
-
-def _beyond(face: Face, box: Rectangle) -> float:
-    """Share of discontinuities on the sides' lines between 15 and 60 cm above the head."""
-    first, last = _piece(box.top + 0.15), min(_piece(box.top + 0.6), face.sides.pieces - 1)
-    if last - first < 2:
-        return 0.0
-    return float(_supported(face.sides, (box.left, box.right), first, last).max())
-
-
-def _onward(face: Face, box: Rectangle) -> float:
-    """Share of discontinuities on the head's line from 10 to 50 cm beyond a side, of the greater."""
-    heads = [box.top + d for d in SLACK]
-    low, high = box.left / PIXEL / BLOCK, box.right / PIXEL / BLOCK
-    beyond = ((max(round(low - 5), 0), round(low - 1)), (round(high + 1), min(round(high + 5), face.heads.pieces)))
-    shares = [float(face.heads.at(heads, PIXEL, *ends).max()) for ends in beyond if ends[1] - ends[0] >= 2]
-    return max(shares, default=0.0)
-
-
-def _foot(face: Face, box: Rectangle) -> float:
-    """Share of discontinuities in the lowest 40 cm of the sides, of the lesser."""
-    sides = [place + d for place in (box.left, box.right) for d in SLACK]
-    return float(_supported(face.sides, sides, 0, _piece(0.4)).reshape(2, -1).max(1).min())
-
-
-def _trim(face: Face, box: Rectangle, wall: float) -> float:
-    """Least metres by which strips at left, right and head stand out from the wall."""
-    around = (
-        face.profiles.columns(box.left - SHADOW, box.left + TRIM, FOOT, box.top - TRIM),
-        face.profiles.columns(box.right - TRIM, box.right + SHADOW, FOOT, box.top - TRIM),
-        face.profiles.rows(box.left + TRIM, box.right - TRIM, box.top - TRIM, box.top + SHADOW),
+@nb.njit(cache=True, nogil=True)
+def _surface(depth, known, rgb, left, right, top):  # pyright: ignore
+    """Share of the rectangle that is known; depth of the wall beside it and of its inside; difference of their colours;
+    share of the inside that has its depth; share of wall above the head and beside.
+    """
+    inner = window(depth.shape, left + INSET, right - INSET, FOOT, top - INSET)
+    start = window(depth.shape, left - FLANK[1], left - FLANK[0], FOOT, top)
+    end = window(depth.shape, right + FLANK[0], right + FLANK[1], FOOT, top)
+    inside = known_values(depth, known, inner, 2)
+    beside, behind = known_values(depth, known, start, 2), known_values(depth, known, end, 2)
+    leaf, wall = level(inside), wall_level(beside, behind, SKIN, STEP)
+    above = window(depth.shape, left + INSET, right - INSET, top + LINTEL[0], top + LINTEL[1])
+    return (
+        share_known(known, window(depth.shape, left, right, 0.0, top), 2),
+        wall,
+        leaf,
+        colour_step(rgb, known, inner, start, end, 4, FEW_COLOURS),
+        share_near(inside, leaf, SAME_DEPTH),
+        share_level(depth, known, above, wall, SKIN) if above[1] - above[0] >= 4 else 0.0,
+        share_near(np.concatenate((beside, behind)), wall, SKIN),
     )
-    return float(min(stands_out(means, wall, TRIM / PIXEL) for means in around))
 
 
-def _whole(face: Face, box: Rectangle, leaf: float) -> float:
-    """Share of the columns inside a rectangle that have the leaf's depth and colour."""
-    means = face.profiles.columns(box.left + TRIM, box.right - TRIM, FOOT, box.top - TRIM)
-    deep = np.clip(leaf, -DEEPEST, DEEPEST)
-    return float(share_alike(means, deep, ALIKE_DEPTH, ALIKE_COLOUR, TRIM / PIXEL)) if np.isfinite(leaf) else 0.0
-
-
-def _through(face: Face, box: Rectangle) -> float:
-    rows = slice(round(0.3 / COARSE), max(round((box.top - 0.1) / COARSE), round(0.3 / COARSE) + 1))
-    cols = slice(max(round((box.left + 0.1) / COARSE), 0), max(round((box.right - 0.1) / COARSE), 1))
-    through, on = face.image.through[rows, cols], face.image.on[rows, cols]
-    return float(((through > 0) & (through >= on)).mean()) if through.size else 0.0
-
-
-def _handle(face: Face, box: Rectangle, leaf: float) -> tuple[float | None, str | None]:
-    """Height and side of a small thing that stands out from the leaf near one of its edges."""
-    if not np.isfinite(leaf):
-        return None, None
-    image = face.image
-    found: list[tuple[int, float, str]] = []
-    for side, low, high in (
-        ("start", box.left + 0.02, box.left + HANDLE_REACH),
-        ("end", box.right - HANDLE_REACH, box.right - 0.02),
+@nb.njit(cache=True, nogil=True)
+def _around(rising, falling, seen, rising_heads, falling_heads, seen_heads, left, right, top, slack):  # pyright: ignore
+    """Share of discontinuities on the sides' lines between 15 and 60 cm above the head; in their lowest 40 cm, of the
+    lesser; and on the head's line from 10 to 50 cm beyond a side, of the greater.
+    """
+    first, last = _piece(top + 0.15), min(_piece(top + 0.6), seen.shape[0] - 2)
+    none = np.zeros(1)
+    beyond = np.float32(0)
+    if last - first >= 2:
+        for side in (left, right):
+            beyond = max(beyond, best_share(rising, falling, seen, _pixels_of(side, none), first, last))
+    foot = min(
+        best_share(rising, falling, seen, _pixels_of(left, slack), 0, _piece(0.4)),
+        best_share(rising, falling, seen, _pixels_of(right, slack), 0, _piece(0.4)),
+    )
+    low, high = left / PIXEL / BLOCK, right / PIXEL / BLOCK
+    onward = np.float32(0)
+    for first, last in (
+        (max(int(np.rint(low - 5)), 0), int(np.rint(low - 1))),
+        (int(np.rint(high + 1)), min(int(np.rint(high + 5)), seen_heads.shape[0] - 1)),
     ):
-        part = window(image.depth.shape, low, high, *HANDLE_BAND)
-        size, share, lowest, highest, middle = blob(image.depth, image.count, part, leaf, *HANDLE_OUT)
-        if size >= 4 and highest - lowest < 22 and share < 0.2:
-            found.append((int(size), float(HANDLE_BAND[0] + (middle + 0.5) * PIXEL), side))
-    if not found:
-        return None, None
-    _, height, side = max(found)
-    return round(height, 3), side
+        if last - first >= 2:
+            heads = _pixels_of(top, slack)
+            onward = max(onward, best_share(rising_heads, falling_heads, seen_heads, heads, first, last))
+    return np.float64(beyond), np.float64(foot), np.float64(onward)
+
+
+@nb.njit(cache=True, nogil=True)
+def _strips(count, rgb, depth, left, right, top, wall, leaf):  # pyright: ignore
+    """Least metres by which strips at left, right and head stand out from the wall; and share of the columns inside
+    that have the leaf's depth and colour.
+    """
+    size = depth.shape
+    start = columns(count, rgb, depth, *window(size, left - SHADOW, left + TRIM, FOOT, top - TRIM))
+    end = columns(count, rgb, depth, *window(size, right - TRIM, right + SHADOW, FOOT, top - TRIM))
+    head = rows(count, rgb, depth, *window(size, left + TRIM, right - TRIM, top - TRIM, top + SHADOW))
+    few = TRIM / PIXEL
+    trim = min(stands_out(start, wall, few), stands_out(end, wall, few), stands_out(head, wall, few))
+    if not np.isfinite(leaf):
+        return trim, 0.0
+    inside = columns(count, rgb, depth, *window(size, left + TRIM, right - TRIM, FOOT, top - TRIM))
+    deep = min(max(leaf, -DEEPEST), DEEPEST)
+    return trim, share_alike(inside, deep, ALIKE_DEPTH, ALIKE_COLOUR, few)
+
+
+@nb.njit(cache=True, nogil=True)
+def _through(through, on, left, right, top):  # pyright: ignore
+    """Share of the inside, above 0.3 m, that stations looked through."""
+    low, first = int(np.rint(0.3 / COARSE)), max(int(np.rint((left + 0.1) / COARSE)), 0)
+    high = min(max(int(np.rint((top - 0.1) / COARSE)), low + 1), on.shape[0])
+    last = min(max(int(np.rint((right - 0.1) / COARSE)), 1), on.shape[1])
+    found = 0
+    for r in range(low, high):
+        for c in range(first, last):
+            found += through[r, c] > 0 and through[r, c] >= on[r, c]
+    return found / max((high - low) * (last - first), 1) if high > low and last > first else 0.0
+
+
+@nb.njit(cache=True, nogil=True)
+def _handle(depth, count, left, right, top, leaf):  # pyright: ignore
+    """Height, nan where there is none, and side (1 at the right) of a small thing that stands out from the leaf near
+    one of its edges.
+    """
+    most, height, at = 0, np.nan, 0
+    if np.isfinite(leaf):
+        for side, low, high in ((0, left + 0.02, left + HANDLE_REACH), (1, right - HANDLE_REACH, right - 0.02)):
+            part = window(depth.shape, low, high, *HANDLE_BAND)
+            size, share, lowest, highest, middle = blob(depth, count, part, leaf, *HANDLE_OUT)
+            here = HANDLE_BAND[0] + (middle + 0.5) * PIXEL
+            if (
+                size >= 4
+                and highest - lowest < 22
+                and share < 0.2
+                and (size > most or (size == most and here > height))
+            ):
+                most, height, at = size, here, side
+    return height, at
 
 
 def evidence_of(faces: Sequence[Face], box: Rectangle) -> list[FaceEvidence]:
     """What each face says; of two the one that shows the outline less need not show it at the same place."""
-    found = [face_evidence(face, box, SLACK) for face in faces]
+    found = [face_evidence(face, box) for face in faces]
     if len(faces) == 2:
         k = int(found[0].support > found[1].support)
-        found[k] = face_evidence(faces[k], box, LOOSE)
+        left, right, head, agree, shown = _outline(*_lines(faces[k]), box.left, box.right, box.top, LOOSE)
+        found[k] = replace(found[k], left=left, right=right, head=head, agree=agree, shown=shown, loose=True)
     return found

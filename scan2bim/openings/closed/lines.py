@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba as nb
@@ -46,23 +45,6 @@ class Support:
         """
         return _share(self.rising, self.falling, self.seen, place, first, last)
 
-    def at(self, places: Sequence[float], pixel: float, first: int, last: int) -> F32:
-        """Best share (n,) of significant pieces of lines at several places, metres, between two pieces."""
-        rows = np.array([round(place / pixel) for place in places])
-        return _share(self.rising, self.falling, self.seen, rows, np.array([first]), np.array([last]))[0]
-
-    def shares(self, place: I64, first: I64, last: I64) -> tuple[F32, F32]:
-        """As ``share``, but the shares (2, 8, n) of pieces that rise and that fall, for each of the eight contrasts."""
-        first, last = np.clip(first, 0, self.pieces), np.clip(last, 0, self.pieces)
-        at = np.clip(place, 0, self.places - 1)
-        seen = (self.seen[last, at] - self.seen[first, at]).astype(np.float32)
-        up = self.rising[:, last, at] - self.rising[:, first, at]
-        down = self.falling[:, last, at] - self.falling[:, first, at]
-        inside = (place >= 0) & (place < self.places)
-        length = np.maximum(last - first, 1)
-        share = np.minimum(np.stack([up, down]) / np.maximum(seen, 1), 1) * (inside & (seen > LEAST_SEEN * length))
-        return share.astype(np.float32), np.where(inside, seen / length, 0).astype(np.float32)
-
 
 @nb.njit(cache=True, nogil=True)
 def _share(rising, falling, seen, place, first, last):  # pyright: ignore
@@ -83,6 +65,37 @@ def _share(rising, falling, seen, place, first, last):  # pyright: ignore
             for k in range(rising.shape[0]):
                 found = max(found, rising[k, b, c] - rising[k, a, c], falling[k, b, c] - falling[k, a, c])
             share[i] = min(found / max(here, 1), 1.0)
+    return share, part
+
+
+@nb.njit(cache=True, nogil=True)
+def best_share(rising, falling, seen, place, first, last):  # pyright: ignore
+    """The best of ``Support.share`` of lines at ``place`` (n,) between two pieces."""
+    share, _ = _share(rising, falling, seen, place, np.array([first]), np.array([last]))
+    return share.max()
+
+
+@nb.njit(cache=True, nogil=True)
+def kinds(rising, falling, seen, place, first, last):  # pyright: ignore
+    """Best shares (2, 8) of the pieces between two of them that rise and that fall, for each of the eight contrasts of
+    a ``Support``, of lines at ``place`` (n,); and the greatest share of pieces seen.
+    """
+    pieces, places = seen.shape[0] - 1, seen.shape[1]
+    a, b = min(max(first, 0), pieces), min(max(last, 0), pieces)
+    length = max(b - a, 1)
+    share, part = np.zeros((2, rising.shape[0]), np.float32), np.float32(0)
+    for c in place:
+        if c < 0 or c >= places:
+            continue
+        here = np.int64(seen[b, c]) - seen[a, c]
+        part = max(part, np.float32(here / length))
+        if here > LEAST_SEEN * length:
+            total = np.float32(max(here, 1))
+            for k in range(rising.shape[0]):
+                up = np.float32(np.int64(rising[k, b, c]) - rising[k, a, c]) / total
+                down = np.float32(np.int64(falling[k, b, c]) - falling[k, a, c]) / total
+                share[0, k] = max(share[0, k], min(up, np.float32(1)))
+                share[1, k] = max(share[1, k], min(down, np.float32(1)))
     return share, part
 
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, level_contrast, upright_contrast
 from scan2bim.openings.closed.lines import Support, find_lines, support_of
-from scan2bim.openings.closed.profiles import Profiles
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
 F32 = NDArray[np.float32]
@@ -54,14 +54,13 @@ UNSURE = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """A face with its contrasts, their support across upright and level lines, and its profiles."""
+    """A face with its contrasts, their support across upright and level lines."""
 
     image: Orthoimage
     upright: Contrast
     level: Contrast
     sides: Support
     heads: Support
-    profiles: Profiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +85,7 @@ class Rectangle:
 def face_of(image: Orthoimage) -> Face:
     """A face's contrasts and their support."""
     upright, level = upright_contrast(image), level_contrast(image)
-    return Face(image, upright, level, support_of(upright), support_of(level), Profiles(image))
+    return Face(image, upright, level, support_of(upright), support_of(level))
 
 
 def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
@@ -179,10 +178,31 @@ def _with_heads(
 
 def candidates(faces: Sequence[Face]) -> list[Rectangle]:
     """The rectangles of a wall without those that are nearly the same as a better one."""
-    kept: list[Rectangle] = []
-    for box in rectangles_on(faces):
-        if len(kept) == _most(MOST_DISTINCT, faces):
+    found = rectangles_on(faces)
+    if not found:
+        return []
+    sides = np.array([(box.left, box.right, box.top) for box in found])
+    return [found[k] for k in _distinct(sides, _most(MOST_DISTINCT, faces))]
+
+
+@nb.njit(cache=True, nogil=True)
+def _distinct(sides, most):  # pyright: ignore
+    """Numbers of the first ``most`` rectangles (n, 3), by left, right and top, that overlap no earlier one by SAME."""
+    kept = np.empty(most, np.int64)
+    used = 0
+    for i in range(sides.shape[0]):
+        if used == most:
             break
-        if all(box.overlap(k) < SAME for k in kept):
-            kept.append(box)
-    return kept
+        left, right, top = sides[i]
+        apart = True
+        for k in kept[:used]:
+            wide = max(0.0, min(right, sides[k, 1]) - max(left, sides[k, 0]))
+            inner = wide * min(top, sides[k, 2])
+            either = (right - left) * top + (sides[k, 1] - sides[k, 0]) * sides[k, 2] - inner
+            if inner / either >= SAME:
+                apart = False
+                break
+        if apart:
+            kept[used] = i
+            used += 1
+    return kept[:used]

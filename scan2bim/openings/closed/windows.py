@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import numba as nb
 import numpy as np
-from numpy.typing import NDArray
 
 from scan2bim.openings.orthoimage import PIXEL
 
 FEWEST = 50
 """Known values by which a level is told."""
-F32 = NDArray[np.float32]
-Window = tuple[int, int, int, int]
-"""First and past the last row, first and past the last column, pixels."""
 
 
-def window(shape: tuple[int, ...], left: float, right: float, bottom: float, top: float) -> Window:
-    """The pixels of a rectangle in metres, as far as they are in an image of a shape."""
-    return (*_pixels(bottom, top, shape[0]), *_pixels(left, right, shape[1]))
+@nb.njit(cache=True, nogil=True)
+def window(shape, left, right, bottom, top):  # pyright: ignore
+    """The pixels of a rectangle in metres, as far as they are in an image of a shape: first and past the last row,
+    first and past the last column.
+    """
+    low, high = _pixel(bottom, shape[0]), _pixel(top, shape[0])
+    return low, high, _pixel(left, shape[1]), _pixel(right, shape[1])
 
 
-def _pixels(low: float, high: float, size: int) -> tuple[int, int]:
-    return min(max(round(low / PIXEL), 0), size), min(max(round(high / PIXEL), 0), size)
+@nb.njit(cache=True, nogil=True)
+def _pixel(place, size):  # pyright: ignore
+    return min(max(int(np.rint(place / PIXEL)), 0), size)
 
 
 @nb.njit(cache=True, nogil=True)
