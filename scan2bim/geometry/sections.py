@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -106,40 +107,79 @@ def fit_rectangle(xy: F64, weight: F64, main: float) -> Section:
     """Rectangle round points (n, 2) on its sides, weighted (n,); turned into the direction ``main`` (radians) if it is
     nearly so.
     """
-    angles = np.radians(np.arange(0.0, 90.0, 3.0))
-    best = min((_rectangle(xy, weight, float(a)) for a in angles), key=lambda s: s.rms)
-    fine = best.angle + np.radians(np.arange(-3.0, 3.01, 0.5))
-    best = min((_rectangle(xy, weight, float(a)) for a in fine), key=lambda s: s.rms)
-    off = float(np.mod(best.angle - main + np.pi / 4, np.pi / 2) - np.pi / 4)
-    return _rectangle(xy, weight, best.angle - off) if abs(off) < SNAP else best
+    angle = _best_angle(xy, weight, np.radians(np.arange(0.0, 90.0, 3.0)))
+    angle = _best_angle(xy, weight, angle + np.radians(np.arange(-3.0, 3.01, 0.5)))
+    off = float(np.mod(angle - main + np.pi / 4, np.pi / 2) - np.pi / 4)
+    return _rectangle(xy, weight, angle - off if abs(off) < SNAP else angle)
 
 
 def _rectangle(xy: F64, weight: F64, angle: float) -> Section:
-    """The rectangle of a given direction: each side at the median of the points that are nearest to it, sides without
-    any where the others end.
-    """
-    c, s = np.cos(angle), np.sin(angle)
-    local = xy @ np.array([[c, -s], [s, c]])
-    sides = np.concatenate([local.min(0), local.max(0)])
-    seen = np.zeros(4, bool)
-    for _ in range(3):
-        gaps = np.abs(np.tile(local, 2) - sides)
-        nearest = gaps.argmin(1)
-        on = [np.flatnonzero((nearest == k) & (gaps[:, k] < ON_SIDE)) for k in range(4)]
-        size = np.tile(sides[2:] - sides[:2], 2)
-        seen = np.array([_runs_along(local[a, 1 - k % 2], size[k - 1]) for k, a in enumerate(on)])
-        sides = np.array([np.median(local[a, k % 2]) if len(a) else sides[k] for k, a in enumerate(on)])
-    residual = np.abs(np.tile(local, 2) - sides).min(1)
+    """The rectangle of a given direction."""
+    sides, seen, rms = _sides(xy, weight, angle)
     sides[~seen] += np.where(np.arange(4) < 2, -HALF_STEP, HALF_STEP)[~seen]
+    c, s = np.cos(angle), np.sin(angle)
     centre = np.array([[c, -s], [s, c]]) @ ((sides[:2] + sides[2:]) / 2)
     across = sides[2:] - sides[:2]
     both = int(seen.sum()) if (seen[0] or seen[2]) and (seen[1] or seen[3]) else 1
-    return Section(centre, (float(across[0]), float(across[1])), angle, False, _rms(residual, weight), both)
+    return Section(centre, (float(across[0]), float(across[1])), angle, False, float(rms), both)
 
 
-def _runs_along(places: F64, length: float) -> bool:
-    """Whether points at these places along a side, (n,), are on a good part of it."""
-    return len(places) >= 2 and float(np.ptp(places)) > 0.4 * length
+@nb.njit(cache=True, nogil=True)
+def _best_angle(xy, weight, angles):  # pyright: ignore
+    """Of some directions (m,) the one whose rectangle fits best."""
+    best, least = angles[0], np.inf
+    for angle in angles:
+        rms = _sides(xy, weight, angle)[2]
+        if rms < least:
+            best, least = angle, rms
+    return best
+
+
+@nb.njit(cache=True, nogil=True)
+def _sides(xy, weight, angle):  # pyright: ignore
+    """The sides (4,) of a rectangle of a given direction, low and then high across both axes, each at the median of the
+    points that are nearest to it, those without any where the others end; which of them were seen (4,); and the
+    weighted residual.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    n = len(xy)
+    local = np.empty((2, n))
+    for i in range(n):
+        local[0, i] = xy[i, 0] * c + xy[i, 1] * s
+        local[1, i] = xy[i, 1] * c - xy[i, 0] * s
+    sides = np.array([local[0].min(), local[1].min(), local[0].max(), local[1].max()])
+    seen = np.zeros(4, np.bool_)
+    nearest, residual = np.empty(n, np.int64), np.empty(n)
+    for _ in range(3):
+        _to_sides(local, sides, nearest, residual)
+        before = sides.copy()
+        for k in range(4):
+            on = np.flatnonzero((nearest == k) & (residual < ON_SIDE))
+            seen[k] = False
+            if len(on):
+                along = local[1 - k % 2][on]
+                size = before[2 + (k - 1) % 2] - before[(k - 1) % 2]
+                seen[k] = len(on) >= 2 and along.max() - along.min() > 0.4 * size
+                sides[k] = np.median(local[k % 2][on])
+    _to_sides(local, sides, nearest, residual)
+    near, total, weights = 0, 0.0, 0.0
+    for i in range(n):
+        if residual[i] < ON_SIDE:
+            near += 1
+            total += weight[i] * residual[i] ** 2
+            weights += weight[i]
+    return sides, seen, (np.sqrt(total / weights) if near else ON_SIDE) + ON_SIDE * (1 - near / n)
+
+
+@nb.njit(cache=True, nogil=True)
+def _to_sides(local, sides, nearest, residual):  # pyright: ignore
+    """The nearest side of each point (2, n) and the distance to it."""
+    for i in range(local.shape[1]):
+        residual[i] = np.inf
+        for k in range(4):
+            gap = abs(local[k % 2, i] - sides[k])
+            if gap < residual[i]:
+                nearest[i], residual[i] = k, gap
 
 
 def _robust(weight: F64, residual: F64) -> F64:
