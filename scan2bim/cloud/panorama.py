@@ -34,14 +34,14 @@ class Panorama:
 
     __slots__ = ("_source", "position")
 
-    def __init__(self, position: NDArray[np.float64], ranges: F32 | Path) -> None:
+    def __init__(self, position: NDArray[np.float64], ranges: F32 | tuple[Path, int]) -> None:
         self.position = position
         self._source = ranges
 
     @property
     def ranges(self) -> F32:
         """Metres, (6, edge, edge)."""
-        return _recent.ranges(self._source) if isinstance(self._source, Path) else self._source
+        return _recent.ranges(self._source) if isinstance(self._source, tuple) else self._source
 
     def save(self, path: Path) -> None:
         """Write position and uint16 ranges as numpy arrays, one after the other."""
@@ -55,7 +55,7 @@ class Panorama:
     def load(path: Path) -> Panorama:
         """What ``save`` wrote."""
         with path.open("rb") as file:
-            return Panorama(np.load(file), path)
+            return Panorama(np.load(file), (path, path.stat().st_mtime_ns))
 
 
 class _Recent:
@@ -67,11 +67,10 @@ class _Recent:
         steps[65_535] = NO_RETURN
         self._metres = steps
 
-    def ranges(self, path: Path) -> F32:
-        """Of the panorama that was saved there."""
-        key = path, path.stat().st_mtime_ns
+    def ranges(self, key: tuple[Path, int]) -> F32:
+        """Of the panorama that was saved there, then."""
         if key not in self._kept:
-            with path.open("rb") as file:
+            with key[0].open("rb") as file:
                 np.load(file)
                 self._kept[key] = self._metres[np.load(file)]
             while sum(ranges.nbytes for ranges in self._kept.values()) > MOST_KEPT and len(self._kept) > 1:

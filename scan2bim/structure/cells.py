@@ -295,9 +295,12 @@ def _spans(faces: Sequence[Face]) -> list[tuple[float, float]]:
     That is a face that looks the other way from behind it, as near as the two faces of a partition.
     """
     spans = [(f.low, f.high) for f in faces]
+    normals = np.array([f.normal for f in faces]).reshape(-1, 2)
+    seen = np.array([len(f.columns) > 0 for f in faces], bool)
     for number, face in enumerate(faces):
-        for other in faces:
-            if len(face.columns) and len(other.columns) and face.normal @ other.normal < -PARALLEL:
+        for k in np.flatnonzero(seen & (normals @ face.normal < -PARALLEL + 1e-9)):
+            other = faces[k]
+            if len(face.columns) and face.normal @ other.normal < -PARALLEL:
                 ends = other.ends() - face.centre
                 behind, along = -(ends @ face.normal), np.sort(ends @ face.direction)
                 shared = min(along[1], face.high) - max(along[0], face.low)

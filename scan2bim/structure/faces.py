@@ -76,7 +76,41 @@ class Face:
 
     def ends(self, margin: float = 0.0) -> F64:
         """End points (2, 2), moved outwards by ``margin`` metres."""
-        return self.centre + np.outer([self.low - margin, self.high + margin], self.direction)
+        (x, y), (nx, ny) = self.centre.tolist(), self.normal.tolist()  # thousands are asked: plain numbers are faster
+        low, high = self.low - margin, self.high + margin
+        return np.array([[x + low * ny, y - low * nx], [x + high * ny, y - high * nx]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lines:
+    """Many faces with their centres and normals (n, 2) and ends (n, 2, 2), to be asked which of them lie in one line
+    with another that looks the same way; rather one too many.
+    """
+
+    faces: Sequence[Face]
+    centres: F64
+    normals: F64
+    ends: F64
+
+    @staticmethod
+    def of(faces: Sequence[Face]) -> Lines:
+        """Those of faces."""
+        centres = np.array([face.centre for face in faces]).reshape(-1, 2)
+        normals = np.array([face.normal for face in faces]).reshape(-1, 2)
+        return Lines(faces, centres, normals, np.array([face.ends() for face in faces]).reshape(-1, 2, 2))
+
+    def continuing(self, face: Face, off: float) -> list[Face]:
+        """Those whose ends lie within ``off`` metres of a face's line."""
+        near = np.abs((self.ends - face.centre) @ face.normal).max(1, initial=0.0) < off + 1e-6
+        return self._alike(face, near)
+
+    def continued(self, face: Face, off: float) -> list[Face]:
+        """Those within ``off`` metres of whose line a face's ends lie."""
+        away = np.abs(((face.ends()[:, None] - self.centres) * self.normals).sum(2))
+        return self._alike(face, away.max(0, initial=0.0) < off + 1e-6)
+
+    def _alike(self, face: Face, near: NDArray[np.bool_]) -> list[Face]:
+        return [self.faces[k] for k in np.flatnonzero(near & (self.normals @ face.normal > PARALLEL - 1e-9))]
 
 
 def find_faces(plan: Plan) -> tuple[Face, ...]:

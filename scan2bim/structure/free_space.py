@@ -56,14 +56,16 @@ def seen_beyond(
     points = np.empty((len(along), len(heights), 3), np.float32)
     points[..., :2] = (face.centre + np.outer(along, face.direction) - depth * face.normal)[:, None]
     points[..., 2] = heights
-    through, stopped = np.zeros(points.shape[:2], bool), np.zeros(points.shape[:2], bool)
-    for panorama in panoramas:
-        before, beside = np.array([face.normal, face.direction]) @ (panorama.position[:2] - face.centre)
-        if before > 0:
-            crossing = beside + (along - beside) * before / (before + depth)
-            inside = ((crossing > face.low) & (crossing < face.high))[:, None]
-            eye = panorama.position.astype(np.float32)
-            said = seen_through(points.reshape(-1, 3), eye, panorama.ranges, np.float32(0.05), True)
-            through |= inside & (said.reshape(through.shape) == 1)
-            stopped |= inside & (said.reshape(through.shape) == 3)
+    flat, shape = points.reshape(-1, 3), points.shape[:2]
+    through, stopped = np.zeros(shape, bool), np.zeros(shape, bool)
+    eyes = np.array([panorama.position for panorama in panoramas]).reshape(-1, 3)
+    before, beside = np.array([face.normal, face.direction]) @ (eyes[:, :2] - face.centre).T
+    for k in np.flatnonzero(before > 0):
+        crossing = beside[k] + (along - beside[k]) * before[k] / (before[k] + depth)
+        inside = (crossing > face.low) & (crossing < face.high)
+        if inside.any():
+            said = seen_through(flat, eyes[k].astype(np.float32), panoramas[k].ranges, np.float32(0.05), True)
+            said = np.where(inside[:, None], said.reshape(shape), 0)
+            through |= said == 1
+            stopped |= said == 3
     return through | stopped, through

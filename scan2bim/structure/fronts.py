@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
-from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, SAME_LEVEL, Face, ceiling_on, strip_of
+from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, SAME_LEVEL, Face, Lines, ceiling_on, strip_of
 from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan
 
@@ -45,10 +45,12 @@ def window_fronts(
     ``edges`` are lines where the ceiling proper ends, strips that hang lower left out. A lintel is in line with the
     wall's face that it continues.
     """
-    runs = [_in_line(run, faces) for edge in edges for run in _under_strips(edge, plan)]
+    lines = Lines.of(faces)
+    runs = [_in_line(run, lines) for edge in edges for run in _under_strips(edge, plan)]
     lintels: list[Face] = []
+    longest = Lines.of(sorted(runs, key=lambda r: -r.length))
     for seed in sorted(runs, key=lambda r: (r.rms, -r.length)):
-        run = _with_rest(seed, runs)
+        run = _with_rest(seed, longest)
         if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
             lintels.append(run)
     glazing = [[f for f in faces if _stands_back(f, lintel)] for lintel in lintels]
@@ -56,9 +58,9 @@ def window_fronts(
     return [_over(lintel, behind) for lintel, behind in zip(lintels, glazing, strict=True)], kept
 
 
-def _with_rest(run: Face, runs: Sequence[Face]) -> Face:
+def _with_rest(run: Face, runs: Lines) -> Face:
     """A stretch drawn on over others in its line: what hides a part of a ceiling's end does not end the lintel."""
-    for other in sorted(runs, key=lambda r: -r.length):
+    for other in runs.continuing(run, IN_LINE):
         ends = other.ends() - run.centre
         along = np.sort(ends @ run.direction)
         apart = max(along[0] - run.high, run.low - along[1])
@@ -148,11 +150,12 @@ def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> b
     return bool(told.any() and through[told].mean() > LOOKED_THROUGH)
 
 
-def _in_line(edge: Face, faces: Sequence[Face]) -> Face:
+def _in_line(edge: Face, faces: Lines) -> Face:
     """The edge on the line of the nearest wall face that it continues, if there is one."""
     best: tuple[float, Face] | None = None
-    for face in faces:
-        offset = edge.ends() - face.centre
+    ends = edge.ends()
+    for face in faces.continued(edge, IN_LINE):
+        offset = ends - face.centre
         along = np.sort(offset @ face.direction)
         gap = max(along[0] - face.high, face.low - along[1])
         off = float(np.abs(offset @ face.normal).max())
