@@ -298,7 +298,7 @@ def _spans(faces: Sequence[Face]) -> list[tuple[float, float]]:
     normals = np.array([f.normal for f in faces]).reshape(-1, 2)
     seen = np.array([len(f.columns) > 0 for f in faces], bool)
     for number, face in enumerate(faces):
-        for k in np.flatnonzero(seen & (normals @ face.normal < -PARALLEL + 1e-9)):
+        for k in np.flatnonzero(seen & (normals @ face.normal < -PARALLEL + 1e-9)).tolist():
             other = faces[k]
             if len(face.columns) and face.normal @ other.normal < -PARALLEL:
                 ends = other.ends() - face.centre

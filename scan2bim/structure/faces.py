@@ -110,7 +110,7 @@ class Lines:
         return self._alike(face, away.max(0, initial=0.0) < off + 1e-6)
 
     def _alike(self, face: Face, near: NDArray[np.bool_]) -> list[Face]:
-        return [self.faces[k] for k in np.flatnonzero(near & (self.normals @ face.normal > PARALLEL - 1e-9))]
+        return [self.faces[k] for k in np.flatnonzero(near & (self.normals @ face.normal > PARALLEL - 1e-9)).tolist()]
 
 
 def find_faces(plan: Plan) -> tuple[Face, ...]:

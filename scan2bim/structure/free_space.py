@@ -60,7 +60,7 @@ def seen_beyond(
     through, stopped = np.zeros(shape, bool), np.zeros(shape, bool)
     eyes = np.array([panorama.position for panorama in panoramas]).reshape(-1, 3)
     before, beside = np.array([face.normal, face.direction]) @ (eyes[:, :2] - face.centre).T
-    for k in np.flatnonzero(before > 0):
+    for k in np.flatnonzero(before > 0).tolist():
         crossing = beside[k] + (along - beside[k]) * before[k] / (before[k] + depth)
         inside = (crossing > face.low) & (crossing < face.high)
         if inside.any():

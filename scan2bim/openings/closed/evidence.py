@@ -58,6 +58,7 @@ HANDLE_REACH = 0.25
 """Distance, metres, from the leaf's edge in which the handle and its lever are."""
 HANDLE_OUT = (0.02, 0.10)
 """Metres by which handles stand out from the leaf."""
+I16 = NDArray[np.int16]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +129,8 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     return FaceEvidence(
         *outline,
         seen,
-        wall - leaf,
-        colour,
+        float(wall - leaf),
+        float(colour),
         trim,
         beyond,
         foot,
@@ -144,7 +145,7 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     )
 
 
-def _lines(face: Face) -> tuple[NDArray[np.int16], ...]:
+def _lines(face: Face) -> tuple[I16, I16, I16, I16, I16, I16]:
     """The cumulated discontinuities of a face's upright and level lines."""
     sides, heads = face.sides, face.heads
     return sides.rising, sides.falling, sides.seen, heads.rising, heads.falling, heads.seen
