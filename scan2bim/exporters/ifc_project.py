@@ -8,7 +8,7 @@ from scan2bim.exporters.ifc_file import Contexts, Entity, IfcFile
 from scan2bim.exporters.ifc_georeference import georeference, old_georeference
 from scan2bim.exporters.ifc_properties import Value, dimensions, text
 from scan2bim.exporters.ifc_shapes import axes, placement
-from scan2bim.model.coverage import scan_offset
+from scan2bim.model.coverage import coverage_of, scan_offset
 from scan2bim.model.elements import Building, Storey
 
 TIME_STAMP = "1970-01-01T00:00:00"
@@ -118,10 +118,25 @@ def _building_properties(draft: Draft, house: Entity, building: Building) -> Non
             where += f", {1000 * off:.1f} mm off the other scans"
         scans[f"Scan{number:03d}"] = ("IfcText", f"{scan.name}: {scan.points} points, {scan.file}{where}")
     draft.properties.custom(house, "S2B_Scans", scans)
+    draft.properties.custom(house, "S2B_Coverage", _coverage(building))
     notes: dict[str, Value | None] = {f"Note{i:03d}": ("IfcText", note) for i, note in enumerate(building.notes, 1)}
     draft.properties.custom(house, "S2B_Notes", notes)
     count = "IfcCountMeasure" if draft.ifc.dialect.new else "IfcInteger"
     draft.properties.common(house, "Pset_BuildingCommon", {"NumberOfStoreys": (count, len(building.storeys))})
+
+
+def _coverage(building: Building) -> dict[str, Value | None]:
+    """How much of the faces that bound spaces the scans saw, in all and by kind; nothing where it is not known."""
+    found = coverage_of(building)
+    if found is None:
+        return {}
+    out: dict[str, Value | None] = {}
+    for name, part in (("", found.total), ("Walls", found.walls), ("Floors", found.floors), ("Ceilings", found.ceilings)):
+        out[f"{name}Area"] = ("IfcAreaMeasure", round(part.area, 2))
+        for share in ("seen", "occluded", "unseen"):
+            value = min(1.0, round(float(getattr(part, share)), 4))
+            out[f"{name}{share.capitalize()}"] = ("IfcNormalisedRatioMeasure", value)
+    return out
 
 
 def header(ifc: IfcFile, building: Building) -> None:

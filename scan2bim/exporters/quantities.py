@@ -1,4 +1,4 @@
-"""Quantities of all elements: ``.xlsx`` with a sheet a kind and a summary, ``.csv`` with all of them in one table.
+"""Quantities of all elements: ``.xlsx`` with a sheet a kind, a summary and what was seen, ``.csv`` with all of them in one table.
 
 Lengths in metres, areas in square metres, volumes in cubic metres. Net areas and volumes are without openings. A
 quantity that hangs on an assumed length is marked as assumed.
@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 
 from scan2bim.geometry.meshes import mesh_volume
+from scan2bim.model.coverage import BuildingCoverage, coverage_of
 from scan2bim.model.elements import (
     Area,
     Beam,
@@ -242,6 +243,8 @@ def _write_xlsx(building: Building, rows: Sequence[Row], path: Path) -> None:
         bold, number = book.add_format({"bold": True, "bottom": 1}), book.add_format({"num_format": "#,##0.00"})
         kinds = list(dict.fromkeys(row.kind for row in rows))
         _write_summary(book.add_worksheet("Summary"), rows, kinds, bold, number)
+        if (covered := coverage_of(building)) is not None:
+            _write_coverage(book.add_worksheet("Coverage"), covered, bold, number)
         for kind in kinds:
             own = [row for row in rows if row.kind == kind]
             names = [n for n in _COLUMNS if n != "kind" and any(getattr(row, n) not in (None, "") for row in own)]
@@ -273,6 +276,17 @@ def _write_summary(
                     _write_cell(sheet, at, column, math.fsum(values) if values else None, number)
                 at += 1
     sheet.freeze_panes(1, 0)
+    sheet.autofit()
+
+
+def _write_coverage(sheet: Worksheet, covered: BuildingCoverage, bold: Format, number: Format) -> None:
+    """What the scans saw of the faces that bound spaces."""
+    sheet.write_row(0, 0, ["faces of", "area [m²]", "seen", "hidden by things", "never seen"], bold)
+    parts = (("all", covered.total), ("walls", covered.walls), ("floors", covered.floors), ("ceilings", covered.ceilings))
+    for at, (name, part) in enumerate(parts, 1):
+        sheet.write_string(at, 0, name)
+        for column, value in enumerate((part.area, part.seen, part.occluded, part.unseen), 1):
+            sheet.write_number(at, column, value, number)
     sheet.autofit()
 
 
