@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from scan2bim.coverage.faces import StoreyFaces
 from scan2bim.coverage.look import LOOKED_THROUGH, SEEN
-from scan2bim.coverage.rooms import Rooms, bodies_of, drawn, with_openings
+from scan2bim.coverage.outdoors import Above, is_passable, may_be_room
+from scan2bim.coverage.rooms import bodies_of, drawn, with_openings
 from scan2bim.coverage.sights import Obstacles, Targets
-from scan2bim.coverage.voxels import Field, near
+from scan2bim.coverage.voxels import Field
 from scan2bim.model.elements import Building, Door, Opening, Storey, Wall
 from scan2bim.model.queries import point_on_wall
 from scan2bim.model.voxels import Label
@@ -35,8 +36,6 @@ MOST_TARGETS = 30_000
 """Cells that rays are cast to in a storey; of more, every so many stand for the others."""
 BEFORE = 0.05
 """Metres before a face of the places that rays are cast to."""
-STEP_OVER, DOOR_HEAD = 0.2, 1.6
-"""Metres over the floor: an opening without a door that begins below the one and ends above the other may be a door."""
 FLOOR_EDGE = 0.2
 """Edge, metres, of the squares of unknown floor."""
 CHEST = 1.0
@@ -45,8 +44,6 @@ BEYOND_DOOR = 1.0
 """Metres beyond a closed door of the place to stand: the leaf must clear the tripod."""
 OVERHEAD = 2.1
 """Metres over the floor from which on points are walls, lintels and ceilings of a room rather than things outdoors."""
-ROUND_SIGHT = 3.0
-"""Metres round what was seen through a door, beyond the building's outline, within which unknown floor counts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +82,7 @@ def prospect_of(building: Building, storey: Storey, field: Field, *, told: bool)
         seen = (field.labels[:2] == Label.STRUCTURE).any(0) & (field.columns(rooms.space) >= 0)
     reached = _reached(field.columns(passable.low <= passable.high), outside & seen)
     overhead = (field.labels[_layer(field, floor + OVERHEAD) :] == Label.OUTLIER).any(0)
-    indoors = _round_sight(reached & outside, outside, field) & _mostly(overhead, sky, field)
-    worth = _footprint(building, rooms, field) | indoors
-    unknown = outside & ~seen & worth
+    unknown = ~seen & may_be_room(building, storey, field, outside, reached, Above(overhead, sky))
     low, high = passable.low.copy(), passable.high.copy()
     low[beyond], high[beyond] = floor, float(np.max(rooms.high))
     low[solid], high[solid] = np.inf, -np.inf
@@ -101,17 +96,6 @@ def prospect_of(building: Building, storey: Storey, field: Field, *, told: bool)
         _places(storey, field, solid, reached & seen, unknown, floor),
         squares[:, :2],
     )
-
-
-def is_passable(opening: Opening) -> bool:
-    """Whether one sees and goes through an opening as it was found, or could.
-
-    A door that was seen from one side alone is easily taken for a window that ends near the floor.
-    """
-    if isinstance(opening.fill, Door):
-        return opening.fill.state in ("open", "ajar")
-    sill = opening.sill.value
-    return opening.fill is None or (sill < STEP_OVER and sill + opening.height.value > DOOR_HEAD)
 
 
 def _layer(field: Field, height: float) -> int:
@@ -136,30 +120,6 @@ def _reached(inside: Bools, beyond: Bools) -> Bools:
     """Columns that one can go to: those of spaces and open doors, and free ones beyond that join them."""
     _, parts = cv2.connectedComponents((inside | beyond).astype(np.uint8), connectivity=4)
     return (inside | beyond) & np.isin(parts, np.unique(parts[inside]))
-
-
-def _round_sight(reached: Bools, outside: Bools, field: Field) -> Bools:
-    """Columns round those that were seen through doors, without a wall between."""
-    _, parts = cv2.connectedComponents(outside.astype(np.uint8), connectivity=4)
-    return near(reached, round(ROUND_SIGHT / field.size)) & np.isin(parts, np.unique(parts[reached]))
-
-
-def _mostly(overhead: Bools, sky: Bools, field: Field) -> Bools:
-    """Columns round which no fewer were seen to have something overhead than were seen to lie under the sky."""
-    edge = 2 * round(ROUND_SIGHT / field.size) + 1
-    above, open_ = (cv2.boxFilter(m.astype(np.float32), -1, (edge, edge), normalize=False) for m in (overhead, sky))
-    return np.asarray(above >= open_)
-
-
-def _footprint(building: Building, rooms: Rooms, field: Field) -> Bools:
-    """Columns within the rectangle round all storeys, along the main directions."""
-    corners = [p for s in building.storeys for space in s.spaces for p in space.outline]
-    ends = [p for s in building.storeys for wall in s.walls for p in (wall.start, wall.end)]
-    turned = rooms.turned(np.array([*corners, *ends])) / field.size
-    low, high = np.floor(turned.min(0)).astype(int), np.ceil(turned.max(0)).astype(int)
-    mask = np.zeros(field.labels.shape[1:], np.bool_)
-    mask[max(low[1], 0) : max(high[1], 0), max(low[0], 0) : max(high[0], 0)] = True
-    return mask
 
 
 def _squares(unknown: Bools, field: Field, floor: float) -> F64:

@@ -122,6 +122,21 @@ def test_nothing_is_proposed_where_everything_was_seen() -> None:
     assert plan_scans(model.building, model.cloud, 3).proposals == ()
 
 
+def test_nothing_is_proposed_out_of_doors_even_if_no_scanner_tells_of_pulses_that_did_not_return() -> None:
+    (storey,) = two_rooms(YAW).storeys
+    south, *walls = storey.walls
+    open_entrance = replace(south, doors=(replace(south.doors[0], angle=1.6),))
+    ground = Box("ground", (4.2, -4.4), (16.0, 8.0, 0.1), base=-0.1)
+    tree = Box("tree", (2.0, -6.0), (0.4, 0.4, 4.0))
+    scene = replace(
+        with_stations(two_rooms(YAW), *((x, y, 1.55) for x in (0.9, 3.3, 5.0, 7.6) for y in (0.7, 3.3))),
+        storeys=(replace(storey, walls=(open_entrance, *walls), boxes=(ground, tree)),),
+    )
+    sweeps = [replace(sweep, miss_directions=np.zeros((0, 3))) for sweep in scanned(scene, FINE).sweeps]
+    model = model_of([scan_of(sweep) for sweep in sweeps])
+    assert all(proposal.space is not None for proposal in plan_scans(model.building, model.cloud, 3).proposals)
+
+
 def test_proposals_keep_clear_of_walls_and_furniture() -> None:
     scene = l_shaped(YAW)
     model = model_of([scan_of(sweep) for sweep in scanned(replace(scene, stations=scene.stations[:2]), FINE).sweeps])
