@@ -12,7 +12,6 @@ from scan2bim.model.elements import (
     Dimension,
     Door,
     Evidence,
-    FaceView,
     Flight,
     Frame,
     Join,
@@ -287,17 +286,6 @@ def building() -> Building:
         storeys=(ground_floor(), upper_floor()),
         notes=("The roof was not scanned.",),
     )
-
-
-def covered_building() -> Building:
-    """The building with one face of its first wall seen to three quarters."""
-    house, view = building(), FaceView(side="left", area=10.0, seen=0.75, occluded=0.2, unseen=0.05)
-    ground = house.storeys[0]
-    wall = ground.walls[0]
-    evidence = wall.evidence.model_copy(update={"faces": (view,)})
-    seen = wall.model_copy(update={"left_spaces": (ground.spaces[0].id,), "evidence": evidence})
-    ground = ground.model_copy(update={"walls": (seen, *ground.walls[1:])})
-    return house.model_copy(update={"storeys": (ground, *house.storeys[1:])})
 
 
 def special_storey() -> Storey:

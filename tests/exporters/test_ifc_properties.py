@@ -4,10 +4,9 @@ import ifcopenshell
 import ifcopenshell.util.element as util
 import ifcopenshell.util.pset
 import pytest
-from buildings import building, covered_building
+from buildings import building
 from ifc_help import entity, volume, whole
 
-from scan2bim.exporters.ifc import export
 from scan2bim.model.elements import Dimension
 from scan2bim.model.queries import everything
 
@@ -50,15 +49,6 @@ def test_standard_sets_stand_on_the_elements_that_they_are_for(house):
 def test_own_sets_do_not_start_like_the_standards(house):
     own = {d.Name for d in house.by_type("IfcPropertySet") if not d.Name.startswith(("Pset_", "BBIM_"))}
     assert own == {"S2B_Evidence", "S2B_Frame", "S2B_Scans", "S2B_Notes"}
-
-
-def test_the_building_tells_how_much_of_it_was_seen(tmp_path):
-    export(covered_building(), tmp_path / "house.ifc")
-    file = ifcopenshell.open(tmp_path / "house.ifc")
-    (found,) = file.by_type("IfcBuilding")
-    coverage = util.get_pset(found, "S2B_Coverage")
-    assert (coverage["Area"], coverage["Seen"], coverage["Occluded"], coverage["Unseen"]) == (10.0, 0.75, 0.2, 0.05)
-    assert (coverage["WallsArea"], coverage["WallsSeen"], coverage["FloorsArea"]) == (10.0, 0.75, 0.0)
 
 
 def test_every_element_carries_its_evidence_and_the_source_of_each_dimension(house):

@@ -7,7 +7,7 @@ import math
 
 import openpyxl
 import pytest
-from buildings import building, covered_building, special_storey
+from buildings import building, special_storey
 
 from scan2bim.exporters.quantities import export
 from scan2bim.model.ids import ifc_guid
@@ -91,11 +91,3 @@ def test_seldom_elements_are_measured_and_reruns_are_equal(tmp_path):
     assert float(row_of(rows, "Curved")["length [m]"]) == pytest.approx(math.pi, abs=1e-4)
     assert float(row_of(rows, "Roof")["gross area [m²]"]) == pytest.approx(4 * math.hypot(3, 2), abs=1e-3)
     assert float(row_of(rows, "Beam")["length [m]"]) == pytest.approx(4.0, abs=1e-4)
-
-
-def test_the_coverage_has_a_sheet_of_its_own(tmp_path):
-    export(covered_building(), tmp_path / "house.xlsx")
-    heading, *rows = openpyxl.load_workbook(tmp_path / "house.xlsx")["Coverage"].iter_rows(values_only=True)
-    assert heading == ("faces of", "area [m²]", "seen", "hidden by things", "never seen")
-    assert rows[0] == ("all", 10, 0.75, 0.2, 0.05)
-    assert rows[1] == ("walls", 10, 0.75, 0.2, 0.05)
