@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scan2bim.assemble_members import beams_of, columns_of, linear, seen_by
-from scan2bim.assemble_plates import covering_of, is_roofed, roofs_of, slabs_of, stairs_of
+from scan2bim.assemble_plates import coverings_of, roofs_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scan import ScanHeader
@@ -30,6 +30,7 @@ from scan2bim.model.ids import distinct, stable_id
 from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.openings.virtual import is_virtual
 from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape
+from scan2bim.structure.soffits import volume_under
 
 RECESS_SIGMA, HANDLE_SIGMA = 0.003, 0.02
 """Metres: of a closed leaf's depth behind the wall's face (registration and plaster), and of a handle's height."""
@@ -95,11 +96,7 @@ def _storey(
         walls=walls,
         spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
         slabs=slabs_of(number, structure),
-        coverings=tuple(
-            covering_of(space_ids[i], s, number, i)
-            for i, s in enumerate(shape.spaces)
-            if s.ceiling is not None and not is_roofed(s, shape)
-        ),
+        coverings=tuple(c for i, s in enumerate(shape.spaces) for c in coverings_of(space_ids[i], s, number, i)),
         columns=columns_of(number, structure, sources),
         beams=beams_of(number, structure),
         roofs=roofs_of(number, structure),
@@ -124,6 +121,7 @@ def _space(index: int, identifier: str, shape: SpaceShape, storey: StoreyShape, 
     seen = shape.ceiling is not None
     height = (shape.ceiling if shape.ceiling is not None else storey.ceiling or storey.top) - shape.floor
     area = shape.polygon.area
+    height = max(height, 0.5)
     return Space(
         id=identifier,
         name=f"{number}.{index + 1:02d}",
@@ -136,10 +134,11 @@ def _space(index: int, identifier: str, shape: SpaceShape, storey: StoreyShape, 
         holes=shape.holes,
         base=shape.floor,
         height=Dimension(
-            value=round(max(height, 0.5), 4), source="measured" if seen else "assumed", sigma=0.005 if seen else None
+            value=round(height, 4), source="measured" if seen else "assumed", sigma=0.005 if seen else None
         ),
         area=round(area, 4),
-        volume=round(area * max(height, 0.5), 4),
+        volume=round(volume_under(shape.soffits, shape.floor) if shape.soffits else area * height, 4),
+        ceiling=shape.soffits,
     )
 
 

@@ -8,46 +8,47 @@ from shapely.geometry import Polygon
 
 from scan2bim.model.elements import Covering, Dimension, Evidence, Flight, RoofPlane, Slab, Stair
 from scan2bim.model.ids import distinct, stable_id
-from scan2bim.structure.shapes import (
-    SpaceShape,
-    StairShape,
-    StoreyShape,
-    StructureShape,
-    WallShape,
-    ring_of,
-)
+from scan2bim.structure.shapes import Ring, SpaceShape, StairShape, StructureShape, WallShape, ring_of
 
 SLAB = 0.25
 """Assumed thickness, metres, of a slab of which one side was seen."""
 CEILING = 0.02
 """Assumed thickness, metres, of a ceiling covering: only its underside is ever seen."""
+LEVEL = 0.001
+"""Metres of height along a piece of a ceiling up to which it is level."""
 ROOF = 0.25
 """Assumed thickness, metres, of a roof: rafters and insulation."""
 TREADS_SEEN = 0.9
 """Confidence in a stair of which five or more treads were seen one above the other."""
 
 
-def covering_of(space_id: str, shape: SpaceShape, number: int, index: int) -> Covering:
-    """The ceiling of a space whose underside was seen."""
-    under = shape.ceiling if shape.ceiling is not None else 0.0
+def coverings_of(space_id: str, shape: SpaceShape, number: int, index: int) -> tuple[Covering, ...]:
+    """The level ceilings of a space whose undersides were seen: one, unless it lies under a roof."""
+    if shape.ceiling is None:
+        return ()
+    name = f"Ceiling {number}.{index + 1:02d}"
+    level = [s for s in shape.soffits if max(z for _, _, z in s) - min(z for _, _, z in s) < LEVEL]
+    if not shape.soffits:
+        return (_covering(space_id, name, shape, shape.outline, shape.holes, shape.ceiling),)
+    return tuple(
+        _covering(f"{space_id} {k}", f"{name}.{k}", shape, tuple((x, y) for x, y, _ in soffit), (), soffit[0][2])
+        for k, soffit in enumerate(level, 1)
+    )
+
+
+def _covering(key: str, name: str, shape: SpaceShape, outline: Ring, holes: tuple[Ring, ...], under: float) -> Covering:
     return Covering(
-        id=stable_id("covering", space_id),
-        name=f"Ceiling {number}.{index + 1:02d}",
+        id=stable_id("covering", key),
+        name=name,
         confidence=round(min(0.98, 0.5 + 0.48 * shape.ceiling_share), 3),
         evidence=Evidence(
             coverage=shape.ceiling_share, sentence=f"underside seen on {shape.ceiling_share:.0%} of the area"
         ),
-        outline=shape.outline,
-        holes=shape.holes,
+        outline=outline,
+        holes=holes,
         top=Dimension(value=round(under + CEILING, 4), source="measured", sigma=0.003),
         thickness=Dimension(value=CEILING, source="assumed"),
     )
-
-
-def is_roofed(space: SpaceShape, storey: StoreyShape) -> bool:
-    """Whether most of a space lies under roof planes, which then are its ceiling."""
-    planes = [Polygon([corner[:2] for corner in r.outline]) for r in storey.roofs]
-    return bool(shapely.union_all(planes).intersection(space.polygon).area > 0.5 * space.polygon.area)
 
 
 def roofs_of(number: int, structure: StructureShape) -> tuple[RoofPlane, ...]:

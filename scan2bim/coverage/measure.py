@@ -75,6 +75,7 @@ def _viewed(storey: Storey, found: StoreyFaces) -> Storey:
             "walls": tuple(_with(wall, views) for wall in storey.walls),
             "slabs": tuple(_with(slab, views) for slab in storey.slabs),
             "coverings": tuple(_with(covering, views) for covering in storey.coverings),
+            "roofs": tuple(_with(roof, views) for roof in storey.roofs),
         }
     )
 

@@ -109,7 +109,7 @@ def _proposal(building: Building, prospect: Prospect, place: int, new: F32, numb
 def _sights(prospect: Prospect, gained: F64) -> tuple[Sight, ...]:
     """What is gained, by element and space, the most first."""
     faces, storey, targets = prospect.faces.panels.faces, prospect.storey, prospect.targets
-    names = {part.id: part.name for part in (*storey.walls, *storey.slabs, *storey.coverings)}
+    names = {part.id: part.name for part in (*storey.walls, *storey.slabs, *storey.coverings, *storey.roofs)}
     row, col = prospect.faces.rooms.pixels(targets.points[:, :2])
     space = prospect.faces.rooms.space[row, col]
     sums: dict[tuple[str | None, int], float] = defaultdict(float)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon
 
 from scan2bim.coverage.rooms import Rooms
-from scan2bim.model.elements import Covering, Slab, Space, Storey, Wall
+from scan2bim.model.ceilings import plane_of
+from scan2bim.model.elements import Covering, RoofPlane, Slab, Space, Storey, Wall
 from scan2bim.model.queries import wall_arc, wall_length
 from scan2bim.model.wall_measures import height_at
 
@@ -97,7 +98,7 @@ class _Panel:
 
 
 def panels_of(storey: Storey, rooms: Rooms) -> Panels:
-    """The panels of a storey's walls, slabs and ceilings."""
+    """The panels of a storey's walls, slabs, ceilings and roof planes."""
     faces: list[Face] = []
     panels: list[_Panel] = []
     for wall in storey.walls:
@@ -114,6 +115,10 @@ def panels_of(storey: Storey, rooms: Rooms) -> Panels:
         side: Side = "top" if isinstance(plate, Slab) else "under"
         faces.append(Face(plate.id, side, True, sum(float(p.asked.sum() * p.step.prod()) for p in made)))
         panels += made
+    for roof in storey.roofs:
+        panel = _roof_panel(roof, len(faces), rooms)
+        faces.append(Face(roof.id, "under", True, float(panel.asked.sum() * panel.step.prod())))
+        panels.append(panel)
     return _joined(tuple(faces), panels)
 
 
@@ -201,6 +206,26 @@ def _plate_panels(plate: Slab | Covering, spaces: Sequence[Space], face: int, ro
         space = np.full(len(middles), number, np.int16)
         out.append(_Panel(face, origin, u, v, up, step, shape, True, asked, np.zeros_like(asked), space))
     return out
+
+
+def _roof_panel(roof: RoofPlane, face: int, rooms: Rooms) -> _Panel:
+    """The underside of a roof plane, columns along its level direction; asked where it is over a space."""
+    a, b, c = plane_of(roof.outline)
+    run = math.hypot(a, b)
+    u = np.array([-b, a, 0.0]) / run if run > 0.0 else np.array([1.0, 0.0, 0.0])
+    normal = np.array([a, b, -1.0]) / math.sqrt(1.0 + run * run)
+    v = np.cross(u, normal)
+    corners = np.array(roof.outline)
+    foot = np.append(corners[0, :2], a * corners[0, 0] + b * corners[0, 1] + c)
+    flat = (corners - foot) @ np.stack([u, v]).T
+    low, high = flat.min(0), flat.max(0)
+    shape = np.maximum(1, np.rint((high - low) / CELL)).astype(np.int64)
+    step = (high - low) / shape
+    origin = foot + low[0] * u + low[1] * v
+    middles = _centres(origin, u, v, step, shape)
+    space = _spaces_at(middles + BEFORE * normal, rooms)
+    asked = shapely.contains_xy(Polygon(corners[:, :2]), middles[:, 0], middles[:, 1]) & (space >= 0)
+    return _Panel(face, origin, u, v, normal, step, shape, False, asked, np.zeros_like(asked), space)
 
 
 def _centres(origin: F64, u: F64, v: F64, step: F64, shape: I64) -> F64:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.model.ceilings import plane_of
 from scan2bim.model.elements import Opening, Storey, Wall
 from scan2bim.model.queries import wall_arc, wall_length
 
@@ -89,9 +90,19 @@ def rooms_of(storey: Storey, yaw: float, rim: float = RIM) -> Rooms | None:
         mask = drawn([room.outline, *room.holes], raster)
         space[mask] = number
         floor[mask], ceiling[mask] = room.base, room.base + room.height.value
+        for piece in room.ceiling:
+            _slope(piece, raster, number)
     away = cv2.distanceTransform((space >= 0).astype(np.uint8), cv2.DIST_L2, 3)
     raster.inner[:] = away * PIXEL > INSIDE
     return raster
+
+
+def _slope(piece: Sequence[tuple[float, float, float]], raster: Rooms, space: int) -> None:
+    """The height of the air under a plane piece of a space's ceiling."""
+    row, col = np.nonzero(drawn([[(x, y) for x, y, _ in piece]], raster) & (raster.space == space))
+    a, b, c = plane_of(tuple(piece))
+    xy = raster.local(np.stack([col + 0.5, row + 0.5], 1).astype(np.float64) * PIXEL)
+    raster.high[row, col] = xy @ np.array([a, b]) + c
 
 
 def drawn(rings: Sequence[Sequence[tuple[float, float]]], raster: Rooms) -> NDArray[np.bool_]:

@@ -25,7 +25,7 @@ class Coverage:
 
 @dataclass(frozen=True, slots=True)
 class BuildingCoverage:
-    """Of all faces, and of those of the walls, the floors and the ceilings."""
+    """Of all faces, and of those of the walls, the floors and the ceilings, roof planes among them."""
 
     total: Coverage
     walls: Coverage
@@ -37,7 +37,8 @@ def coverage_of(building: Building) -> BuildingCoverage | None:
     """The coverage of a building; None where the model does not tell."""
     walls = [view for storey in building.storeys for view in _wall_views(storey)]
     floors = [view for storey in building.storeys for slab in storey.slabs for view in slab.evidence.faces]
-    ceilings = [v for storey in building.storeys for covering in storey.coverings for v in covering.evidence.faces]
+    over = [part for storey in building.storeys for part in (*storey.coverings, *storey.roofs)]
+    ceilings = [view for part in over for view in part.evidence.faces]
     total = _summed([*walls, *floors, *ceilings])
     return BuildingCoverage(total, _summed(walls), _summed(floors), _summed(ceilings)) if total.area else None
 

@@ -208,7 +208,9 @@ class OpenSide(Record):
 class Space(Element):
     """A room: outline and holes of its clear area, from ``base`` (z) up by ``height``. Area and volume are net.
 
-    open_sides: where it goes over into another space without a wall.
+    ceiling: plane pieces of its upper side where that is not level, as corners in space, counter-clockwise in plan,
+    that cover its area once; ``height`` is then the greatest, and all of ``volume`` lies under them. open_sides: where
+    it goes over into another space without a wall.
     """
 
     outline: Ring
@@ -217,6 +219,7 @@ class Space(Element):
     height: Dimension
     area: float
     volume: float
+    ceiling: tuple[tuple[Point3, ...], ...] = ()
     open_sides: tuple[OpenSide, ...] = ()
 
 

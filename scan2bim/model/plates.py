@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from scan2bim.model.elements import Area, Building, Ring, Slab, Space, Storey
+from scan2bim.model.ceilings import plane_of
+from scan2bim.model.elements import Area, Building, Point3, Ring, Slab, Space, Storey
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -55,8 +56,8 @@ def valid_areas(outline: Ring, holes: Sequence[Ring] = ()) -> list[Polygon]:
 def horizontal_patches(
     building: Building, storey: Storey, space: Space, areas: Sequence[Polygon]
 ) -> Iterator[LevelPatch]:
-    """The space's floor and ceiling in pieces that cover each once."""
-    top = space.base + space.height.value
+    """The space's floor, and its ceiling where that is level, in pieces that cover each once."""
+    top = _top(space)
     floors = sorted(_slabs(building, space.base, True), key=lambda slab: (abs(slab.top.value - space.base), slab.id))
     ceilings: list[Area] = sorted(
         (c for c in storey.coverings if abs(c.top.value - c.thickness.value - top) < NEAR),
@@ -66,7 +67,33 @@ def horizontal_patches(
     below = [s for other in building.storeys for s in other.spaces if -DEEP < _top(s) - space.base < NEAR]
     above = [s for other in building.storeys for s in other.spaces if -NEAR < s.base - top < DEEP]
     yield from _covered(areas, space.base, False, [(f.id, f) for f in floors], below, space.id)
-    yield from _covered(areas, top, True, [(c.id, c) for c in ceilings], above, space.id)
+    if not space.ceiling:
+        yield from _covered(areas, top, True, [(c.id, c) for c in ceilings], above, space.id)
+
+
+def element_over(storey: Storey, piece: Sequence[Point3]) -> tuple[str | None, bool | None]:
+    """The roof plane or covering on which a plane piece of a ceiling lies, and whether the outside is behind it."""
+    import shapely
+
+    inner = shapely.Polygon([corner[:2] for corner in piece]).representative_point()
+    z = _height_of(piece, inner.x, inner.y)
+    over = [
+        (abs(_height_of(roof.outline, inner.x, inner.y) - z), roof.id)
+        for roof in storey.roofs
+        if shapely.Polygon([corner[:2] for corner in roof.outline]).distance(inner) < NEAR
+    ]
+    if over and min(over)[0] < NEAR:
+        return min(over)[1], True
+    for covering in storey.coverings:
+        near = abs(covering.top.value - covering.thickness.value - z) < NEAR
+        if near and shapely.Polygon(covering.outline, covering.holes).distance(inner) < SLIVER:
+            return covering.id, None
+    return None, None
+
+
+def _height_of(piece: Sequence[Point3], x: float, y: float) -> float:
+    a, b, c = plane_of(tuple(piece))
+    return a * x + b * y + c
 
 
 def _slabs(building: Building, z: float, floor: bool) -> list[Slab]:

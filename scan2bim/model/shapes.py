@@ -13,6 +13,7 @@ import numpy as np
 
 from scan2bim.geometry.meshes import EMPTY, Mesh, box_mesh, merge_meshes, plate_mesh, prism_mesh, stepped_mesh
 from scan2bim.geometry.wall_meshes import WallEnds, WallForm, wall_mesh
+from scan2bim.model.ceilings import space_body
 from scan2bim.model.elements import (
     Area,
     Beam,
@@ -226,8 +227,9 @@ def area_body(area: Area) -> Mesh:
 
 def upright_body(element: Space | Column | Beam | Stair) -> Mesh:
     """A space, column, beam or stair's envelope in the building's frame."""
-    holes = element.holes if isinstance(element, Space) else ()
-    return prism_mesh(element.outline, holes, element.base, element.base + element.height.value)
+    if isinstance(element, Space):
+        return space_body(element)
+    return prism_mesh(element.outline, (), element.base, element.base + element.height.value)
 
 
 def roof_body(roof: RoofPlane) -> Mesh:

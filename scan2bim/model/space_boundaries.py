@@ -14,13 +14,15 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from scan2bim.model.boundary_context import Behind, Solid, StoreyPlan, plan_of
-from scan2bim.model.elements import Building, Opening, Point2, Point3, Ring, Space
-from scan2bim.model.plates import horizontal_patches
+from scan2bim.model.ceilings import plane_of
+from scan2bim.model.elements import Building, Opening, Point2, Point3, Ring, Space, Storey
+from scan2bim.model.plates import element_over, horizontal_patches
 from scan2bim.model.queries import point_on_wall, wall_direction
-from scan2bim.model.wall_measures import height_at
+from scan2bim.model.slope_sides import beside_wall, ring_of, stretch_under
 
 if TYPE_CHECKING:
     from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
 
 STEP: Final = 0.005
 """Metres. Cuts of an edge that are nearer to each other are one."""
@@ -127,6 +129,8 @@ def space_boundaries(building: Building) -> tuple[Boundary, ...]:
                 _sides(found, plan, space, polygon)
             for patch in horizontal_patches(building, storey, space, plan.areas.get(space.id, ())):
                 _level(found, space, patch.element, patch.polygon, patch.z, patch.up, patch.beyond, patch.external)
+            for piece in space.ceiling:
+                _soffit(found, storey, space, piece)
     return _with_twins(found)
 
 
@@ -179,74 +183,56 @@ def _side(
     """The upright boundaries of one part of an edge: up to the element's top, above it a virtual one."""
     top = space.base + space.height.value
     solid = None if behind.solid is None else plan.solids[behind.solid]
+    if solid is not None and (space.ceiling or (solid.wall is not None and solid.wall.profile)):
+        _under_slope(found, plan, space, edge, part, behind)
+        return
     low = space.base
     if solid is not None and solid.top > low + LEAST:
         reach = top if solid.top > top - LEAST else solid.top
-        outline = _upper_edge(solid, edge, part, low, reach)
-        made, middle = _upright(space, edge, part, (low, reach), behind, solid.id, plan.is_external(behind))
-        if outline is not None:
-            _over_profile(found, made, edge, outline, reach - low)
-            made = replace(made, patch=replace(made.patch, outline=outline))
-        wall = found.add(made, middle)
+        wall = found.add(*_upright(space, edge, part, (low, reach), behind, solid.id, plan.is_external(behind)))
         for opening in solid.wall.openings if solid.wall is not None else ():
             _in_wall(found, space, edge, part, (low, reach), wall, solid, opening)
         low = reach
     if top - low > LEAST / 2:
         beyond = behind.beyond or plan.open_to(space, edge.at((part[0] + part[1]) / 2, 0.0), edge.outward)
-        found.add(*_upright(space, edge, part, (low, top), replace(behind, beyond=beyond), None, None))
+        open_side = replace(behind, beyond=beyond)
+        if space.ceiling:
+            _pieces(found, space, edge, part, stretch_under(space, edge.start, edge.end, part), open_side)
+        else:
+            found.add(*_upright(space, edge, part, (low, top), open_side, None, None))
 
 
-def _upper_edge(solid: Solid, edge: _Edge, part: tuple[float, float], low: float, reach: float) -> Ring | None:
-    """Outline of a part of an edge under a wall's profile, from ``low`` to ``reach`` (z) at most, in the part's own
-    coordinates; None where the wall is as high everywhere.
-    """
-    wall = solid.wall
-    if wall is None or not wall.profile or low + LEAST > reach:
-        return None
-    (ux, uy), (first, last) = wall_direction(wall, 0.0), part
-
-    def height(t: float) -> float:
-        x, y = edge.at(t)
-        over = height_at(wall.profile, (x - wall.start[0]) * ux + (y - wall.start[1]) * uy)
-        return min(max(wall.base + over, low + LEAST), reach) - low
-
-    places = [first]
-    for x in _turns(wall.profile, reach - wall.base):
-        t, _ = edge.project((wall.start[0] + x * ux, wall.start[1] + x * uy))
-        if first + STEP < t < last - STEP and all(abs(t - other) > STEP for other in places):
-            places.append(t)
-    places = [*sorted(places), last]
-    edges = [(t - first, height(t)) for t in places]
-    if min(h for _, h in edges) > reach - low - LEAST:
-        return None
-    return ((0.0, 0.0), (last - first, 0.0), *reversed(edges))
+def _under_slope(
+    found: _Found, plan: StoreyPlan, space: Space, edge: _Edge, part: tuple[float, float], behind: Behind
+) -> None:
+    """The upright boundaries of one part of an edge where its space or the wall beside it ends in slopes."""
+    if behind.solid is None:
+        return
+    solid = plan.solids[behind.solid]
+    room = stretch_under(space, edge.start, edge.end, part)
+    own, rest = beside_wall(room, solid, space.base, edge.at(part[0]), edge.along)
+    if own is not None:
+        heights = space.base, space.base + float(own.bounds[3])
+        made, middle = _upright(space, edge, part, heights, behind, solid.id, plan.is_external(behind))
+        wall = found.add(replace(made, patch=replace(made.patch, outline=ring_of(own))), middle)
+        for opening in solid.wall.openings if solid.wall is not None else ():
+            _in_wall(found, space, edge, part, heights, wall, solid, opening)
+    beyond = behind.beyond or plan.open_to(space, edge.at((part[0] + part[1]) / 2, 0.0), edge.outward)
+    _pieces(found, space, edge, part, rest, replace(behind, beyond=beyond))
 
 
-def _turns(profile: Sequence[Point2], level: float) -> list[float]:
-    """Where a profile turns or crosses a level."""
-    crossed = [
-        x0 + (x1 - x0) * (level - z0) / (z1 - z0)
-        for (x0, z0), (x1, z1) in itertools.pairwise(profile)
-        if (z0 - level) * (z1 - level) < 0.0
-    ]
-    return [x for x, _ in profile] + crossed
-
-
-def _over_profile(found: _Found, made: Boundary, edge: _Edge, outline: Ring, height: float) -> None:
-    """Virtual boundaries between a wall's profile and the height (metres) of the part beside it."""
+def _pieces(
+    found: _Found, space: Space, edge: _Edge, part: tuple[float, float], area: BaseGeometry, behind: Behind
+) -> None:
+    """Virtual boundaries over an area of an edge's part."""
     import shapely
 
-    width = outline[1][0]
-    rest = shapely.box(0.0, 0.0, width, height).difference(shapely.Polygon(outline))
-    for piece in shapely.get_parts(rest):
-        if piece.area > LEAST * LEAST:
-            ring = tuple((float(x), float(y)) for x, y in shapely.orient_polygons(piece).exterior.coords[:-1])
-            key = f"boundary of {made.space} by nothing to {made.beyond or 'nothing'}"
-            x, y, z = made.patch.origin
+    for piece in shapely.get_parts(area):
+        if isinstance(piece, shapely.Polygon) and piece.area > LEAST * LEAST:
+            made, _ = _upright(space, edge, part, (space.base, space.base + LEAST), behind, None, None)
             inner = piece.representative_point()
-            (dx, dy) = edge.along
-            place = (x + inner.x * dx, y + inner.x * dy, z + inner.y)
-            found.add(Boundary(key, made.space, None, replace(made.patch, outline=ring), made.beyond), place)
+            x, y = edge.at(part[0] + inner.x)
+            found.add(replace(made, patch=replace(made.patch, outline=ring_of(piece))), (x, y, space.base + inner.y))
 
 
 def _in_wall(
@@ -327,6 +313,24 @@ def _level(
     key = f"{which} of {space.id} by {element or 'nothing'} to {beyond or 'nothing'}"
     middle = polygon.representative_point()
     found.add(Boundary(key, space.id, element, patch, beyond, external), (middle.x, middle.y, z))
+
+
+def _soffit(found: _Found, storey: Storey, space: Space, piece: tuple[Point3, ...]) -> None:
+    """The boundary of a plane piece of a ceiling: of the roof plane or the covering that lies on it."""
+    a, b, c = plane_of(piece)
+    size = math.sqrt(1.0 + a * a + b * b)
+    normal = (-a / size, -b / size, 1.0 / size)
+    run = math.hypot(a, b)
+    ux, uy = (-b / run, a / run) if run > 1e-9 else (1.0, 0.0)
+    vx, vy, vz = -normal[2] * uy, normal[2] * ux, normal[0] * uy - normal[1] * ux
+    x0, y0, _ = piece[0]
+    origin = (x0, y0, a * x0 + b * y0 + c)
+    offsets = [(x - x0, y - y0, a * (x - x0) + b * (y - y0)) for x, y, _ in piece]
+    outline = tuple((dx * ux + dy * uy, dx * vx + dy * vy + dz * vz) for dx, dy, dz in offsets)
+    element, external = element_over(storey, piece)
+    key = f"ceiling of {space.id} by {element or 'nothing'} to nothing"
+    patch = Patch(origin, (ux, uy, 0.0), normal, outline)
+    found.add(Boundary(key, space.id, element, patch, None, external), origin)
 
 
 def _with_twins(found: _Found) -> tuple[Boundary, ...]:

@@ -13,6 +13,7 @@ from shapely.geometry import LineString, Polygon
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.scene import Scene, load_scene
+from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
 from scan2bim.structure.axes import Axis, AxisJoin
@@ -37,6 +38,7 @@ from scan2bim.structure.shapes import (
     WallShape,
     ring_of,
 )
+from scan2bim.structure.soffits import soffits_of
 from scan2bim.structure.spaces import find_spaces
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
@@ -46,6 +48,8 @@ DEEPEST = 5.0
 """Depth, metres, under a storey's floor down to which one looks for what is seen through its wells: the floor below."""
 LEAST_CEILING = 0.2
 """Share of a space under which a ceiling must have been seen to give it a height: less are shelves and lintels."""
+LEAST_LEVEL = 1.0
+"""Square metres of level ceiling beside roof planes from which on they have a height of their own."""
 F64 = NDArray[np.float64]
 
 
@@ -142,9 +146,26 @@ class Rooms:
 
 
 def _under_roof(rooms: Rooms, plan: Plan) -> Rooms:
-    """The topmost storey with its roof planes."""
-    roofs = tuple(find_roofs(plan, rooms.polygons))
-    return replace(rooms, roofs=roofs, crown=crown_of(plan, rooms.polygons))
+    """The topmost storey with its roof planes, its spaces' ceilings being what is level beside them."""
+    crown = crown_of(plan, rooms.polygons)
+    roofs = tuple(find_roofs(plan, rooms.polygons, crown))
+    spaces = tuple(_level_ceiling(s, roofs, plan) for s in rooms.spaces)
+    return replace(rooms, spaces=spaces, roofs=roofs, crown=crown)
+
+
+def _level_ceiling(space: SpaceShape, roofs: Sequence[Slope], plan: Plan) -> SpaceShape:
+    """A space with the height of its ceiling beside roof planes, or of the highest of those if it has little beside."""
+    over = [r for r in roofs if r.outline.intersects(space.polygon)]
+    if not over:
+        return space
+    beside = space.polygon.difference(shapely.union_all([r.outline for r in over]).buffer(0.1))
+    parts = [p for p in shapely.get_parts(beside) if isinstance(p, Polygon) and p.area > PLAN**2]
+    heights = [plan.ceiling_z[pixels_in(p, plan)] for p in parts]
+    level = np.concatenate([h[np.isfinite(h)] for h in heights] or [np.zeros(0, np.float32)])
+    if len(level) * PLAN**2 > LEAST_LEVEL:
+        return replace(space, ceiling=round(float(np.median(level)), 4))
+    top = max(float(r.height(shapely.get_coordinates(r.outline.intersection(space.polygon))).max()) for r in over)
+    return replace(space, ceiling=round(top, 4))
 
 
 def _rooms(
@@ -196,6 +217,7 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
         for number, axis in enumerate(axes)
     )
     clear = tuple(_clear(space, axes, [o.polygon for o in rooms.spaces if o is not space]) for space in rooms.spaces)
+    clear = tuple(_under_slopes(space, rooms.roofs) for space in clear)
     level = rooms.levels
     heights = level.floor, level.sigma, level.ceiling, level.top
     return StoreyShape(
@@ -210,6 +232,12 @@ def _clear(space: SpaceShape, axes: Sequence[Axis], others: Sequence[Polygon]) -
         return space
     outline, *holes = (ring_of(shapely.get_coordinates(ring)) for ring in (rest.exterior, *rest.interiors))
     return replace(space, outline=outline, holes=tuple(holes))
+
+
+def _under_slopes(space: SpaceShape, roofs: Sequence[Slope]) -> SpaceShape:
+    """A space with the pieces of roof planes over it, as high as the highest of them."""
+    soffits = soffits_of(space.polygon, roofs, space.ceiling) if roofs and space.ceiling is not None else ()
+    return replace(space, soffits=soffits, ceiling=max(z for s in soffits for _, _, z in s)) if soffits else space
 
 
 def _space(polygon: Polygon, plan: Plan) -> SpaceShape:

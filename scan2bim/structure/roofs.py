@@ -61,8 +61,10 @@ class Slope:
         return xy @ self.plane[:2] + self.plane[2]
 
 
-def find_roofs(plan: Plan, spaces: Sequence[Polygon]) -> list[Slope]:
-    """The roof planes over a topmost storey and its spaces, largest first."""
+def find_roofs(plan: Plan, spaces: Sequence[Polygon], crown: float = np.inf) -> list[Slope]:
+    """The roof planes over a topmost storey and its spaces, largest first; ``crown`` (z) is the greatest height that
+    was seen there.
+    """
     z = plan.overhead_z.astype(np.float64)
     gradient = np.stack([rise(plan.overhead_z, 1), rise(plan.overhead_z, 0)], -1)
     steep = np.linalg.norm(gradient, axis=-1)
@@ -75,7 +77,16 @@ def find_roofs(plan: Plan, spaces: Sequence[Polygon]) -> list[Slope]:
         region = _largest(on)
         if rms < FLAT and region.sum() * PLAN**2 > SMALLEST and SLOPES[0] < np.hypot(plane[0], plane[1]) < SLOPES[1]:
             found.append((plane, region, rms))
-    return _trimmed(found, plan, shapely.union_all(list(spaces)).buffer(0.02))
+    return _trimmed(found, plan, _covered(spaces), crown)
+
+
+def _covered(spaces: Sequence[Polygon]) -> BaseGeometry:
+    """The area of spaces and of the walls between them, over which a roof goes on."""
+    return (
+        shapely.union_all(list(spaces))
+        .buffer(UNDER / 2, join_style="mitre")
+        .buffer(0.02 - UNDER / 2, join_style="mitre")
+    )
 
 
 def crown_of(plan: Plan, spaces: Sequence[Polygon]) -> float:
@@ -120,15 +131,19 @@ def _largest(on: Mask) -> Mask:
     return np.asarray(labels == 1 + boxes[1:, cv2.CC_STAT_AREA].argmax()) if len(boxes) > 1 else whole > 0
 
 
-def _trimmed(found: Sequence[tuple[F64, Mask, float]], plan: Plan, inside: BaseGeometry) -> list[Slope]:
-    """The planes with their outlines: rectangles up the slope, cut at the lines where planes meet and at the walls."""
+def _trimmed(found: Sequence[tuple[F64, Mask, float]], plan: Plan, inside: BaseGeometry, crown: float) -> list[Slope]:
+    """The planes with their outlines: rectangles up the slope, cut at the lines where planes meet each other or a level
+    ceiling, and at the walls.
+    """
     rectangles = [_rectangle(plane, region, plan) for plane, region, _ in found]
     slopes: list[Slope] = []
     for number, (plane, region, rms) in enumerate(found):
         outline: BaseGeometry = rectangles[number].buffer(MEETING, join_style="mitre")
         for other, (against, _, _) in enumerate(found):
             if other != number and rectangles[other].distance(rectangles[number]) < MEETING:
-                outline = outline.intersection(_lower(plane - against, outline))
+                outline = outline.intersection(lower_side(plane - against, outline))
+        if (shapely.get_coordinates(outline) @ plane[:2] + plane[2]).max(initial=0.0) > crown + RIDGE:
+            outline = outline.intersection(lower_side(plane - [0.0, 0.0, crown], outline))
         parts = [p for p in shapely.get_parts(outline.intersection(inside)) if isinstance(p, Polygon)]
         largest = max(parts, key=lambda p: p.area, default=Polygon())
         if largest.area > NARROWEST**2:
@@ -148,7 +163,7 @@ def _rectangle(plane: F64, region: Mask, plan: Plan) -> Polygon:
     return Polygon(np.array([[a, b], [c, b], [c, d], [a, d]]) @ axes)
 
 
-def _lower(difference: F64, near: BaseGeometry) -> BaseGeometry:
+def lower_side(difference: F64, near: BaseGeometry) -> BaseGeometry:
     """Where one plane lies below another, as a large rectangle beside their meeting line; ``difference`` (3,)."""
     size = float(np.linalg.norm(difference[:2]))
     middle = np.array(near.centroid.coords[0])

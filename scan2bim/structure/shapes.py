@@ -18,7 +18,8 @@ Ring = tuple[Point, ...]
 @dataclass(frozen=True, slots=True)
 class SpaceShape:
     """Clear inner area of a space: rings without repeated first point, floor and ceiling heights (None if never seen),
-    local metres.
+    local metres. ``soffits``: plane pieces, as corners in space, that cover it where it lies under roof planes;
+    ``ceiling`` is then the greatest height.
     """
 
     outline: Ring
@@ -27,6 +28,7 @@ class SpaceShape:
     ceiling: float | None
     floor_share: float
     ceiling_share: float
+    soffits: tuple[tuple[tuple[float, float, float], ...], ...] = ()
 
     @property
     def polygon(self) -> Polygon:

@@ -6,6 +6,7 @@ shape. A model made from scans may state how sure it is of an element: the prope
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ import ifcopenshell.util.element
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from scan2bim.truth.ifc_file import Entity, IfcModel, Mesh, stacked
 from scan2bim.truth.ifc_shapes import Strip, corners_in, ends_of, flat_strip, outline_of, ring_of, wall_strip
@@ -33,6 +36,8 @@ from scan2bim.truth.values import (
 
 F64 = NDArray[np.float64]
 
+LOWEST_CEILING = 1.8
+"""Metres over the floor from which on a covering hangs as a ceiling."""
 EVIDENCE = "S2B_Evidence"
 """The property set in which scan2bim's models state confidence and a door's state."""
 STATES: dict[str, State] = {
@@ -261,13 +266,41 @@ def _with_height(storey: StoreyTruth, spaces: list[SpaceTruth]) -> StoreyTruth:
     return storey.model_copy(update={"height": float(np.median(heights))}) if heights else storey
 
 
+def read_spaces(path: Path) -> tuple[SpaceTruth, ...]:
+    """The spaces of a model alone. Raises InputError where it is no IFC file."""
+    return tuple(_spaces(IfcModel(path)))
+
+
+def _ceilings(model: IfcModel) -> list[tuple[BaseGeometry, float]]:
+    """Outline and underside (z) of each ceiling covering."""
+    found: list[tuple[BaseGeometry, float]] = []
+    ceilings = [c for c in model.of("IfcCovering") if c.PredefinedType in (None, "CEILING", "NOTDEFINED")]
+    for _, mesh in model.meshes(ceilings, voids=False):
+        outline = outline_of(mesh)
+        if outline is not None:
+            found.append((outline, float(mesh.vertices[:, 2].min())))
+    return found
+
+
+def _clear_top(outline: Polygon, base: float, top: float, ceilings: Sequence[tuple[BaseGeometry, float]]) -> float:
+    """Up to where a room is open: to the suspended ceiling that most of it has, where a space goes up to the slab."""
+    lower = [
+        under
+        for area, under in ceilings
+        if base + LOWEST_CEILING < under < top and area.intersection(outline).area > outline.area / 2
+    ]
+    return min(lower, default=top)
+
+
 def _spaces(model: IfcModel) -> list[SpaceTruth]:
     found: list[SpaceTruth] = []
+    ceilings = _ceilings(model)
     for space, mesh in model.meshes(model.of("IfcSpace"), voids=False):
         outline = outline_of(mesh)
         if outline is None:
             continue
         base, top = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
+        top = _clear_top(outline, base, top, ceilings)
         found.append(
             SpaceTruth(
                 name=label(space),

@@ -84,7 +84,9 @@ class WindowTruth(OpeningTruth):
 
 
 class SpaceTruth(Fact):
-    """A room's clear inner outline (counter-clockwise, first point not repeated), holes, net area, extent in z."""
+    """A room's clear inner outline (counter-clockwise, first point not repeated), holes, net area, extent in z: up to
+    the greatest height under its ceiling, a suspended one where there is one.
+    """
 
     outline: tuple[Point2, ...]
     holes: tuple[tuple[Point2, ...], ...] = ()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from scan2bim.truth.ifc import read_spaces
 from scan2bim.truth.values import (
     Corners,
     DoorTruth,
@@ -31,6 +32,7 @@ HINGES: dict[str, Hinge] = {"u0": "start", "u1": "end"}
 def bench_truth(path: Path) -> Truth:
     """Read a scene's truth.json. Names are GlobalIds; what the bench calls not observable is wholly hidden here."""
     known: Known = json.loads(path.read_text(encoding="utf-8"))
+    heights = _clear_heights(path.with_name("reference.ifc"))
     return Truth(
         scene=path.parent.name,
         storeys=tuple(_storey(s) for s in known["storeys"] if s["occupied"] and s["floor"] is not None),
@@ -38,7 +40,7 @@ def bench_truth(path: Path) -> Truth:
         doors=tuple(_door(d) for d in known["doors"]),
         windows=tuple(WindowTruth(**_opening(w)) for w in known["windows"]),
         openings=tuple(OpeningTruth(**_opening(o)) for o in known["openings"]),
-        spaces=tuple(_space(s, number) for s in known["spaces"] for number in range(len(s["polygons"]))),
+        spaces=tuple(_space(s, number, heights) for s in known["spaces"] for number in range(len(s["polygons"]))),
         stations=tuple(_station(s) for s in known["stations"]),
     )
 
@@ -97,7 +99,13 @@ def _door(known: Known) -> DoorTruth:
     )
 
 
-def _space(known: Known, number: int) -> SpaceTruth:
+def _clear_heights(reference: Path) -> dict[str, float]:
+    """Heights of the spaces of a scene's model under suspended ceilings, by GlobalId."""
+    spaces = read_spaces(reference) if reference.exists() else ()
+    return {space.name.rpartition("[")[2].rstrip("]"): space.height for space in spaces}
+
+
+def _space(known: Known, number: int, heights: dict[str, float]) -> SpaceTruth:
     rings = [tuple((x, y) for x, y in ring[:-1]) for ring in known["polygons"][number]]
     return SpaceTruth(
         name=known["guid"] if number == 0 else f"{known['guid']} {number}",
@@ -106,7 +114,7 @@ def _space(known: Known, number: int) -> SpaceTruth:
         holes=tuple(rings[1:]),
         area=float(shapely.area(shapely.Polygon(rings[0], rings[1:]))),
         base=known["z0"],
-        height=known["height"],
+        height=min(known["height"], heights.get(known["guid"], known["height"])),
     )
 
 

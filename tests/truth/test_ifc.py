@@ -9,10 +9,10 @@ from buildings import HEIGHT, building
 
 from scan2bim.errors import DamagedFileError, InputError
 from scan2bim.exporters.ifc import export
-from scan2bim.model.elements import Door, Window
+from scan2bim.model.elements import Covering, Dimension, Door, Window
 from scan2bim.simulate.scenes import two_rooms
 from scan2bim.simulate.truth import truth_of
-from scan2bim.truth.ifc import IfcReading, read_ifc
+from scan2bim.truth.ifc import IfcReading, read_ifc, read_spaces
 from scan2bim.truth.io import read_truth, write_truth
 from scan2bim.truth.values import OpeningTruth
 
@@ -88,6 +88,21 @@ def test_spaces_have_their_areas_and_holes(house: IfcReading) -> None:
     assert hall.area == pytest.approx(5.79 * 3.79, abs=0.01)
     attic = next(s for s in house.truth.spaces if s.name.startswith("Attic"))
     assert len(attic.holes) == 1
+
+
+def test_a_suspended_ceiling_ends_a_space_that_the_model_draws_up_to_the_slab(tmp_path: Path) -> None:
+    storey, *_ = building().storeys
+    hall = next(s for s in storey.spaces if s.name.startswith("Hall"))
+    ceiling = Covering(
+        id="hung", name="hung", confidence=1.0, outline=hall.outline, top=Dimension(value=2.22, source="measured"),
+        thickness=Dimension(value=0.02, source="assumed"),
+    )  # fmt: skip
+    model = building()
+    model = model.model_copy(update={"storeys": (storey.model_copy(update={"coverings": (ceiling,)}),)})
+    export(model, tmp_path / "hung.ifc")
+    heights = {s.name.split(" [")[0]: s.height for s in read_spaces(tmp_path / "hung.ifc")}
+    assert heights[hall.name] == pytest.approx(2.2, abs=1e-3)
+    assert all(z == pytest.approx(HEIGHT, abs=1e-3) for name, z in heights.items() if name != hall.name)
 
 
 def test_a_file_that_is_no_ifc_or_cut_off_is_refused_by_name(tmp_path: Path, house: IfcReading) -> None:
