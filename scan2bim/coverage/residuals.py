@@ -49,6 +49,9 @@ DOUBTFUL = 2.5
 """Standard deviations beyond which a patch loses weight: a picture, a skirting board, a moved curtain."""
 UNKNOWN = 0.004
 """Metres of sigma from which on a shift along an axis counts as not known: no face across it was shared."""
+ALONE = 0.4
+"""Share of what is known along one direction, above which one median is not believed: two others at least are to bear
+it out."""
 LEAST_PATCHES = 6
 """Patches shared with other scans below which nothing is said of a scan."""
 
@@ -69,16 +72,23 @@ class Medians:
 def residuals_of(faces: Sequence[StoreyFaces], scan_folders: Sequence[Path], stations: F64) -> dict[int, ScanResidual]:
     """By station number, those that share enough with others; ``stations`` (s, 3), nan if unknown."""
     found = _medians(faces, scan_folders, stations)
-    if found is None:
+    return {} if found is None else fitted(found)
+
+
+def fitted(found: Medians) -> dict[int, ScanResidual]:
+    """By station number, from the medians on all patches."""
+    found = _checked(found)
+    if not len(found.patch):
         return {}
     names, station = np.unique(found.station, return_inverse=True)
     shift, weight = _adjusted(found, station, len(names))
+    sigma = _sigmas(_covariance(found, station, weight, len(names)))
     left = _left(found, station, shift, weight)
     out: dict[int, ScanResidual] = {}
     for number, name in enumerate(names.tolist()):
         mine = station == number
         if mine.sum() >= LEAST_PATCHES:
-            out[name] = _residual(shift[number], _sigma(found, weight, mine), left[mine], weight[mine])
+            out[name] = _residual(shift[number], sigma[number], left[mine], weight[mine])
     return out
 
 
@@ -181,6 +191,18 @@ def _distances(points, frame, bins, plane, cells, asked, patches):  # pyright: i
     return out, distance
 
 
+def _checked(found: Medians) -> Medians:
+    """Without medians that no others check: on one patch two scans may well have seen two surfaces."""
+    names, station = np.unique(found.station, return_inverse=True)
+    weight = 1.0 / found.sigma**2
+    covariance = _covariance(found, station, weight, len(names))
+    keep = _alone(found.patch, station, found.normal, weight, covariance) < ALONE
+    _, number, seen = np.unique(found.patch[keep], return_inverse=True, return_counts=True)
+    at = np.flatnonzero(keep)[seen[number] > 1]
+    patch = np.unique(found.patch[at], return_inverse=True)[1]
+    return Medians(patch, found.station[at], found.normal[at], found.distance[at], found.sigma[at])
+
+
 def _adjusted(found: Medians, station: I64, count: int) -> tuple[F64, F64]:
     """Shifts (count, 3) of the stations, and the weight (m,) of each median, 1 / square metres."""
     base = 1.0 / found.sigma**2
@@ -238,10 +260,48 @@ def _equations(patch, station, normal, distance, weight, count):  # pyright: ign
     return whole, right
 
 
-def _sigma(found: Medians, weight: F64, mine: NDArray[np.bool_]) -> F64:
-    """(3,) standard deviation of a station's shift against the others along each axis, metres."""
-    total = np.bincount(found.patch, weights=weight)[found.patch[mine]]
-    own = weight[mine] * (1.0 - weight[mine] / total)
-    normal = found.normal[mine]
-    information = (normal * own[:, None]).T @ normal + np.eye(3)
-    return np.sqrt(np.diag(np.linalg.inv(information)))
+def _covariance(found: Medians, station: I64, weight: F64, count: int) -> F64:
+    """(3 s, 3 s) of all stations' shifts, square metres."""
+    whole, _ = _equations(found.patch, station, found.normal, found.distance, weight, count)
+    prior = np.eye(3 * count) / (2 * PRIOR**2)  # a Laplace distribution's variance
+    return np.asarray(np.linalg.inv(whole + prior), np.float64)
+
+
+def _sigmas(covariance: F64) -> F64:
+    """(s, 3) standard deviations, metres, of the stations' shifts along each axis against the mean of all.
+
+    From all equations at once: scans that hang together well and on the others badly are off together.
+    """
+    count = len(covariance) // 3
+    against = np.eye(3 * count) - np.tile(np.eye(3), (count, count)) / count
+    variance = np.diag(against @ covariance @ against.T)
+    return np.asarray(np.sqrt(variance), np.float64).reshape(count, 3)
+
+
+@nb.njit(cache=True, nogil=True)
+def _alone(patch, station, normal, weight, covariance):  # pyright: ignore
+    """How far each median (m,) alone decides what it tells of its station against the others on its patch, 0-1: one
+    less its redundancy, the patch's own place left out; ``patch`` (m,) ascends.
+    """
+    out = np.zeros(patch.shape[0])
+    first = 0
+    while first < patch.shape[0]:
+        last = first
+        total = 0.0
+        while last < patch.shape[0] and patch[last] == patch[first]:
+            total += weight[last]
+            last += 1
+        n = normal[first]
+        for a in range(first, last):
+            variance = 0.0
+            for b in range(first, last):
+                for c in range(first, last):
+                    part = ((1.0 if a == b else 0.0) - weight[b] / total) * (
+                        (1.0 if a == c else 0.0) - weight[c] / total
+                    )
+                    for i in range(3):
+                        for j in range(3):
+                            variance += part * n[i] * n[j] * covariance[3 * station[b] + i, 3 * station[c] + j]
+            out[a] = weight[a] * variance / max(1.0 - weight[a] / total, 1e-9)
+        first = last
+    return out

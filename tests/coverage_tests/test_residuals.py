@@ -10,6 +10,7 @@ from modelled import model_of, scan_of
 from numpy.typing import NDArray
 from synthetic import l_shaped, scanned
 
+from scan2bim.coverage.residuals import Medians, fitted
 from scan2bim.model.coverage import scan_offset, worst_scan_line
 from scan2bim.model.elements import Building, ScanResidual
 from scan2bim.simulate.scanner import ScannerSpec
@@ -72,3 +73,21 @@ def test_what_no_shared_face_tells_stays_unknown() -> None:
     """A scan on its own shares nothing."""
     sweeps = scanned(six_stations(), SPEC).sweeps
     assert residuals(model_of([scan_of(sweeps[2])]).building) == [None]
+
+
+def test_two_scans_that_hang_on_the_others_by_one_patch_are_not_moved_by_it() -> None:
+    """On one patch two scans may have seen two surfaces: a wall, and a picture on it."""
+    groups = [(one, one + 1, axis, 0.0) for one in (0, 2) for axis in range(3) for _ in range(4)]
+    links = [(1, 2, axis, 0.0) for axis in (1, 2) for _ in range(4)] + [(1, 2, 0, 0.02)]
+    rows = [
+        (patch, station, axis, off)
+        for patch, (one, other, axis, apart) in enumerate([*groups, *links])
+        for station, off in ((one, 0.0), (other, apart))
+    ]
+    patch, station, axis, distance = (np.array(column) for column in zip(*rows, strict=True))
+    found = fitted(Medians(patch, station, np.eye(3)[axis], distance, np.full(len(rows), 0.002)))
+    assert len(found) == 4
+    for residual in found.values():
+        assert all(offset is None or abs(offset) < 0.001 for offset in residual.offset)
+        sigmas = [np.inf if sigma is None else sigma for sigma in residual.sigma]
+        assert sigmas[0] > 0.003 > max(sigmas[1:])
