@@ -183,20 +183,28 @@ def _landings(
         if not near:
             continue
         parts = [part for part in parts if part is not near[0]]
-        solids = prisms(draft.ifc, near[:1], WAIST, 0.0)
-        draft.styles.paint(solids, colour_of(stair))
-        made.append(
-            draft.ifc.root(
-                "IfcSlab",
-                f"landing {number} of {stair.id}",
-                f"{stair.name} landing {number}",
-                ObjectPlacement=placement(
-                    draft.ifc, whole.ObjectPlacement, (0.0, 0.0, upper.base - stair.base - WAIST)
-                ),
-                Representation=shape(
-                    draft.ifc, representation(draft.ifc, draft.contexts.body, "SweptSolid", solids)
-                ),
-                PredefinedType="LANDING",
-            )
-        )
+        name = f"landing {number} of {stair.id}", f"{stair.name} landing {number}"
+        made.append(_landing(draft, whole, stair, name, near[0], upper.base - stair.base - WAIST))
     return made
+
+
+def _landing(
+    draft: Draft, whole: Entity, stair: Stair, name: tuple[str, str], area: Polygon, bottom: float
+) -> Entity:
+    """A landing over an area, its underside this much over the stair's foot; name: its key and its name."""
+    solids = prisms(draft.ifc, [area], WAIST, 0.0)
+    draft.styles.paint(solids, colour_of(stair))
+    key, label = name
+    entity = draft.ifc.root(
+        "IfcSlab",
+        key,
+        label,
+        ObjectPlacement=placement(draft.ifc, whole.ObjectPlacement, (0.0, 0.0, bottom)),
+        Representation=shape(draft.ifc, representation(draft.ifc, draft.contexts.body, "SweptSolid", solids)),
+        PredefinedType="LANDING",
+    )
+    draft.properties.common(entity, "Pset_SlabCommon", {"IsExternal": ("IfcBoolean", False)})
+    sums = {"Width": WAIST, "Perimeter": area.exterior.length, "GrossArea": area.area, "NetArea": area.area}
+    volume = area.area * WAIST
+    draft.properties.quantities(entity, "Qto_SlabBaseQuantities", {**sums, "GrossVolume": volume, "NetVolume": volume})
+    return entity

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 from scan2bim.exporters.ifc_draft import Draft, Level, layered_type
 from scan2bim.exporters.ifc_file import Entity
+from scan2bim.exporters.ifc_joints import relate_joints
 from scan2bim.exporters.ifc_openings import add_openings
 from scan2bim.exporters.ifc_properties import measure
 from scan2bim.exporters.ifc_shapes import placement, representation, shape
 from scan2bim.exporters.ifc_wall_shapes import axis_curve, is_curved, wall_solid
 from scan2bim.model.colours import colour_of
-from scan2bim.model.elements import Join, Point2, Ring, Storey, Wall
+from scan2bim.model.elements import Ring, Storey, Wall
 from scan2bim.model.queries import wall_direction, wall_length
-from scan2bim.model.shapes import to_plan
 from scan2bim.model.wall_measures import measure_wall
 from scan2bim.model.wall_outlines import wall_outlines
 
 LEAST_THICKNESS = 0.001
 """Metres. Thickness is written in whole millimetres, as wall types are known by it, and never as nothing."""
 
-End = Literal["start", "end", "path"]
-
-TOUCHING = 0.01
-"""Metres. A wall that ends this near to another one meets it."""
-
-_CONNECTION = {"start": "ATSTART", "end": "ATEND", "path": "ATPATH"}
 _KINDS = {"PARTITIONING": "PARTITIONING", "PARAPET": "PARAPET", "SHAFT": "SHAFT"}
 """Kinds that IFC has of its own; SOLIDWALL stands for all others, since STANDARD is deprecated."""
-
-_JOINT = {"L": "MITRE", "T": "BUTT", "X": "CROSS"}
 
 
 def add_walls(draft: Draft, level: Level, storey: Storey) -> list[Entity]:
@@ -40,8 +31,7 @@ def add_walls(draft: Draft, level: Level, storey: Storey) -> list[Entity]:
     outlines = wall_outlines(walls)
     made = {wall.id: _wall(draft, level, wall, outlines[wall.id]) for wall in walls}
     fills = [fill for wall in walls for fill in add_openings(draft, made[wall.id], wall)]
-    _connect(draft, walls, made)
-    _connect_touching(draft, walls, outlines, made)
+    relate_joints(draft, walls, outlines, made)
     for wall in found:
         _describe(draft, wall, outlines[wall.id], made[wall.id])
     return [*made.values(), *fills]
@@ -101,66 +91,6 @@ def wall_type_name(wall: Wall) -> str:
     """Walls of one kind and thickness share a type."""
     kind = "Wall" if wall.use == "STANDARD" else f"{wall.use.capitalize()} wall"
     return f"{kind} {wall.thickness.value * 1000:.0f} mm"
-
-
-def _connect(draft: Draft, walls: Sequence[Wall], made: dict[str, Entity]) -> None:
-    """The joins, each once, whichever of its walls names it."""
-    done: set[frozenset[tuple[str, str]]] = set()
-    for wall in walls:
-        for join in wall.joins:
-            pair = frozenset(((wall.id, join.at), (join.wall, join.other_at)))
-            if pair in done:
-                continue
-            done.add(pair)
-            if join.wall not in made or join.wall == wall.id:
-                draft.notes.append(f"Wall {wall.name!r} joins a wall {join.wall!r} that is not in its storey.")
-                continue
-            _path_relation(draft, wall, join, made)
-
-
-def _connect_touching(draft: Draft, walls: Sequence[Wall], outlines: dict[str, Ring], made: dict[str, Entity]) -> None:
-    """Relations for ends that touch a wall without a join in the model: nothing is cut for them."""
-    import shapely
-
-    areas = [shapely.Polygon([to_plan(wall, x, y) for x, y in outlines[wall.id]]) for wall in walls]
-    tree = shapely.STRtree(areas)
-    joined = {frozenset((wall.id, join.wall)) for wall in walls for join in wall.joins}
-    for wall in walls:
-        places: dict[End, float] = {"start": 0.0, "end": wall_length(wall)}
-        for at, along in places.items():
-            end = shapely.Point(to_plan(wall, along, 0.0))
-            hits: list[int] = tree.query(end, predicate="dwithin", distance=TOUCHING).tolist()
-            near = [walls[i] for i in hits if walls[i] is not wall and _beside(wall, walls[i])]
-            if not near or any(frozenset((wall.id, other.id)) in joined for other in near):
-                continue
-            other = min(near, key=lambda found: found.id)
-            joined.add(frozenset((wall.id, other.id)))
-            ends: dict[End, Point2] = {"start": other.start, "end": other.end}
-            reach = other.thickness.value
-            met: list[End] = [o for o, p in ends.items() if end.distance(shapely.Point(p)) < reach]
-            meets: End = met[0] if met else "path"
-            join = Join(wall=other.id, at=at, other_at=meets, kind="T" if meets == "path" else "L")
-            _path_relation(draft, wall, join, made)
-
-
-def _beside(wall: Wall, other: Wall) -> bool:
-    """Whether two walls share some height."""
-    tops = wall.base + wall.height.value, other.base + other.height.value
-    return min(tops) - max(wall.base, other.base) > TOUCHING
-
-
-def _path_relation(draft: Draft, wall: Wall, join: Join, made: dict[str, Entity]) -> None:
-    draft.ifc.root(
-        "IfcRelConnectsPathElements",
-        f"join of {wall.id} {join.at} to {join.wall} {join.other_at}",
-        Description=_JOINT[join.kind],
-        RelatingElement=made[wall.id],
-        RelatedElement=made[join.wall],
-        RelatingPriorities=(),
-        RelatedPriorities=(),
-        RelatingConnectionType=_CONNECTION[join.at],
-        RelatedConnectionType=_CONNECTION[join.other_at],
-    )
 
 
 def _describe(draft: Draft, wall: Wall, outline: Ring, entity: Entity) -> None:
