@@ -23,6 +23,7 @@ from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
 from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.openings.open import find_open
+from scan2bim.openings.outside import FARTHEST, enclosed_parts, leads_somewhere
 from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
@@ -95,9 +96,13 @@ def openings_of(
     """
     virtual = virtual_stations(structure, scene)
     index = PlanIndex(scene.surfels.xyz)
+    enclosed = [enclosed_parts(storey) for storey in structure.storeys]
     found: list[OpeningShape] = []
     for near in near_walls(structure, scene, scan_folders, folder, progress):
         seen = near.looked_through(scene, virtual)
+        if enclosed[near.storey]:
+            around = scene.surfels.xyz[index.along(np.array([near.wall.start, near.wall.end]), FARTHEST)]
+            seen = [o for o in seen if leads_somewhere(o, near.wall, enclosed[near.storey], around)]
         faces = near.faces(structure, scene)
         if settings.method == "paper":
             found += [*seen, *paper_openings(near.storey, near.place, faces, settings)]

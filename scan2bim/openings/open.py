@@ -70,6 +70,8 @@ PANE = 0.6
 """Share of the wall's density of points up to which a recessed rectangle that nobody looked through is a pane."""
 LEAST_REVEALS = 3
 """Reveals that must be seen of a pane that nobody looked through."""
+FRAMED, BLANK = 2, 0.1
+"""Reveals that must be seen of an opening of which more than this share is blank: something may have hidden it."""
 LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
 RIM = 0.15
@@ -126,7 +128,7 @@ def face_missing(image: WallImage) -> Mask:
         if not points.any():
             continue
         face = _blurred(points > 0)
-        gone = _blurred(((behind > 0) | entered | (image.through > 0)) & (points == 0))
+        gone = _blurred(((behind > 0) | entered | image.blank | (image.through > 0)) & (points == 0))
         filled = closed(((gone > face) & (gone > GONE)).astype(np.uint8), HOLE)
         mask |= filled & ~((face >= gone) & (face > PIER))
     return opened(mask, SPECK).astype(bool)
@@ -142,7 +144,9 @@ def _box(cluster: Mask, wall: WallShape, image: WallImage) -> Box | None:
     little all of it, if it is a pane, else None.
     """
     box = _rectangle(cluster)
-    clear = closed((cluster & (image.through > 0) & ~image.face).astype(np.uint8), 2 * HOLE).astype(bool)
+    clear = closed((cluster & (image.blank | (image.through > 0)) & ~image.face).astype(np.uint8), 2 * HOLE).astype(
+        bool
+    )
     inner = _rectangle(clear) if clear.sum() >= LEAST_THROUGH * cluster.sum() else None
     if box is None or inner is None:
         return box if box is not None and _is_pane(wall, image, box) else None
@@ -275,6 +279,9 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
     share = float(inside.mean()) if inside.size else 0.0
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
     if share < LEAST_THROUGH / 2 and reveals < LEAST_REVEALS and not _is_pane(wall, image, box):
+        return None
+    blank = part(image.blank, *box)
+    if reveals < FRAMED and blank.size and blank.mean() > BLANK:
         return None
     return OpeningShape(
         storey,

@@ -1,7 +1,8 @@
 """Virtual stations for clouds without scanner positions: what a scanner in each space would have seen of the merged
 cloud.
 
-A made-up panorama knows no pulse that went out and did not return, so windows with nothing behind them stay unseen.
+A made-up panorama knows no pulse that went out and did not return: that nothing was scanned in a direction may mean so,
+or that something stood before it.
 """
 
 from __future__ import annotations

@@ -52,7 +52,8 @@ class WallImage:
 
     ``faces`` (2, r, c) points on the left and on the right face, ``behind`` (2, r, c) seen from there behind it;
     ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did; ``entered`` (2, r, c)
-    whether a ray from that side, of a station that is not made up, went on behind the face. ``along``, ``up`` (n,)
+    whether a ray from that side, of a station that is not made up, went on behind the face; ``blank`` (r, c) whether a
+    station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``, ``up`` (n,)
     metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether it lies
     on that, ``side`` (n,) 0 for the left and 1 for the right one.
     """
@@ -61,6 +62,7 @@ class WallImage:
     behind: NDArray[np.int32]
     through: NDArray[np.uint8]
     entered: NDArray[np.bool_]
+    blank: NDArray[np.bool_]
     lookers: dict[int, NDArray[np.bool_]]
     along: F32
     up: F32
@@ -140,9 +142,9 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
 
 def _through(
     wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
     """How many stations looked through the wall (r, c), whether any from each side looked behind its face (2, r, c),
-    and where each looked through.
+    where one that is made up sees nothing at all through an outer wall (r, c), and where each looked through.
     """
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
@@ -153,6 +155,7 @@ def _through(
     xy = start + (cols.ravel()[:, None] + 0.5) * step * direction
     points = np.column_stack([xy, wall.base + (rows.ravel() + 0.5) * step]).astype(np.float32)
     through, entered = np.zeros(coarse, np.uint8), np.zeros((2, *coarse), np.bool_)
+    blank = np.zeros(coarse, np.bool_)
     lookers: dict[int, NDArray[np.bool_]] = {}
     outer = not (wall.left and wall.right)
     half = wall.thickness / 2
@@ -167,12 +170,15 @@ def _through(
         if looked.any():
             lookers[number] = _fine(looked, shape)
         before = abs(away) - half
-        if before > BEHIND and not is_virtual((number,)):
+        if is_virtual((number,)):
+            nothing = _sees_nothing(points, place, panorama.ranges, np.float32(reach * STEEPEST))
+            blank |= outer & nothing.reshape(coarse)
+        elif before > BEHIND:
             face = points + np.append(np.sign(away) * half * normal, 0.0).astype(np.float32)
             seen = panorama.ranges, np.float32(1.0 + BEHIND / before), np.float32(before * STEEPEST)
             entered[int(away < 0)] |= _looked_through(face, place, *seen, outer).reshape(coarse)
     both = np.stack([_fine(side, shape) for side in entered])
-    return _fine(through, shape), both, lookers
+    return _fine(through, shape), both, _fine(blank, shape), lookers
 
 
 @nb.njit(cache=True, nogil=True)
@@ -194,6 +200,20 @@ def _looked_through(points, position, ranges, beyond, farthest, misses):  # pyri
             out[i] = r > beyond * np.sqrt(dx * dx + dy * dy + dz * dz)
         elif r < 0.0:
             out[i] = misses
+    return out
+
+
+@nb.njit(cache=True, nogil=True)
+def _sees_nothing(points, position, ranges, farthest):  # pyright: ignore
+    """Whether nothing lies towards each of ``points`` (n, 3); not asked beyond ``farthest`` metres in plan."""
+    out = np.zeros(points.shape[0], np.bool_)
+    edge = ranges.shape[1]
+    for i in range(points.shape[0]):
+        dx = points[i, 0] - position[0]
+        dy = points[i, 1] - position[1]
+        if dx * dx + dy * dy <= farthest * farthest:
+            f, a, b = cube_cell(dx, dy, points[i, 2] - position[2], edge)
+            out[i] = ranges[f, a, b] == 0.0
     return out
 
 

@@ -167,3 +167,23 @@ def test_a_radiator_below_a_window_is_no_board() -> None:
     low = (WINDOW[0], WINDOW[1], WINDOW[2] - 0.1, WINDOW[3])
     (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW), board(low, 0.6), through=[clear(WINDOW)])
     assert found.sill == pytest.approx(WINDOW[2], abs=0.006)
+
+
+def blank(hole: Hole, *inside: F64) -> list[OpeningShape]:
+    """Found in a cloud without positions of the scanner, in which nothing was scanned in a hole and behind it."""
+    wall, found = image([hole], *inside)
+    rows = slice(round(hole[2] / PIXEL), round(hole[3] / PIXEL))
+    found.blank[rows, round(hole[0] / PIXEL) : round(hole[1] / PIXEL)] = True
+    return find_open(0, 0, wall, found)
+
+
+def test_a_window_whose_panes_returned_nothing_is_told_by_its_reveals() -> None:
+    (found,) = blank(WINDOW, reveals(WINDOW))
+    assert found.kind == "window"
+    assert sides(found) == pytest.approx(WINDOW, abs=0.01)
+    assert found.looked_through == 0.0
+
+
+def test_a_place_that_something_hid_is_no_window() -> None:
+    assert not blank(WINDOW)
+    assert not blank((1.0, 2.8, 0.0, 0.8))
