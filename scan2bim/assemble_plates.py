@@ -79,6 +79,8 @@ def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
     if not parts:
         return ()
     plate = shapely.union_all(parts).buffer(0.05, join_style="mitre").buffer(-0.05, join_style="mitre")
+    inside = shapely.union_all([s.polygon for s in shape.spaces])
+    plate = plate.difference(shapely.union_all([Polygon(well).intersection(inside) for well in shape.wells]))
     below = structure.storeys[number - 1].ceiling if number > 0 else None
     gap = None if below is None else shape.floor - below
     thickness = (

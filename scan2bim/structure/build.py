@@ -31,6 +31,7 @@ from scan2bim.structure.shapes import (
     BeamShape,
     ColumnShape,
     JoinShape,
+    Ring,
     SpaceShape,
     StairShape,
     StoreyShape,
@@ -40,7 +41,7 @@ from scan2bim.structure.shapes import (
 )
 from scan2bim.structure.soffits import soffits_of
 from scan2bim.structure.spaces import find_spaces
-from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_wells
+from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_stairs, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 from scan2bim.structure.walls import find_walls
 
@@ -139,6 +140,7 @@ class Rooms:
     panes: list[LineString]
     evidence: FaceEvidence
     stairs: tuple[StairShape, ...]
+    wells: tuple[Ring, ...]
     columns: tuple[ColumnShape, ...]
     beams: tuple[BeamShape, ...]
     roofs: tuple[Slope, ...] = ()
@@ -182,8 +184,9 @@ def _rooms(
     cuts: list[LineString] = []
     rooms: list[Polygon] = []
     open_parts: list[Polygon] = []
+    bare = without_stairs(wells, stairs)
     for space in found:
-        whole, below, rims = without_wells(space, wells)
+        whole, below, rims = without_wells(space, bare)
         open_parts += below
         cuts += rims
         parts, portals = (whole, []) if below else split_at_portals(space)
@@ -197,6 +200,7 @@ def _rooms(
         [LineString(f.ends()) for f in [*walls, *panes] if f.glass],
         FaceEvidence(plan.columns, [LineString(f.ends()) for f in lintels]),
         tuple(_stair(s) for s in stairs),
+        tuple(ring_of(shapely.get_coordinates(w.exterior)) for w in wells),
         columns,
         beams,
     )
@@ -221,7 +225,7 @@ def _storey(rooms: Rooms, outer: float) -> StoreyShape:
     level = rooms.levels
     heights = level.floor, level.sigma, level.ceiling, level.top
     return StoreyShape(
-        *heights, clear, walls, rooms.stairs, rooms.columns, rooms.beams, tuple(map(roof_of, rooms.roofs))
+        *heights, clear, walls, rooms.stairs, rooms.wells, rooms.columns, rooms.beams, tuple(map(roof_of, rooms.roofs))
     )
 
 

@@ -144,7 +144,7 @@ class RoofShape:
 @dataclass(frozen=True, slots=True)
 class StoreyShape:
     """A storey: floor (with sigma), ceiling and top heights, its spaces, walls, columns, beams and roof planes,
-    the stairs that start in it.
+    the stairs that start in it, and the wells in its floor through which those below come up.
     """
 
     floor: float
@@ -154,6 +154,7 @@ class StoreyShape:
     spaces: tuple[SpaceShape, ...]
     walls: tuple[WallShape, ...]
     stairs: tuple[StairShape, ...] = ()
+    wells: tuple[Ring, ...] = ()
     columns: tuple[ColumnShape, ...] = ()
     beams: tuple[BeamShape, ...] = ()
     roofs: tuple[RoofShape, ...] = ()

@@ -39,9 +39,14 @@ LEAST_RISER, MOST_RISER = 0.13, 0.23
 FEWEST_TREADS = 5
 """Treads that make a stair: sofas and cupboards have fewer heights."""
 MOST_HIDDEN = 10
-"""Upper treads of a straight flight that may have been hidden from below: it is drawn on to the floor above."""
+"""Upper treads of a straight flight that may have been hidden from below: it is drawn on to the floor above; and treads
+of any stair between those seen below and above."""
 LEAST_RISE_TO_NOTHING = 1.6
 """The same where no floor is known above: shelves and stacks in a room are lower."""
+FEWEST_SEEN = 3
+"""Treads of a part of a stair, where those between it and another part were hidden."""
+MOST_GOING = 0.35
+"""Depth, metres, of the deepest tread where one was hidden."""
 LEAST_RISE = 0.9
 """Rise, metres, from which steps are a stair."""
 LEDGE = 0.3
@@ -50,12 +55,16 @@ ALONGSIDE = 0.2
 """Distance, metres, from the sides of a stair within which the floor beside its well begins."""
 SMALLEST_WELL = 0.7
 """Plan area, square metres, of the smallest well: that of a spiral stair of 1 m."""
+LANDING = 1.3
+"""Floor beside a well, as a share of the well, from which it is more than the stair's landing."""
 STRAIGHT = 0.9
 """Mean resultant length of the directions of climb from which a stair is straight (26 degrees of spread)."""
 NEARLY = math.radians(12)
 """A stair that climbs this near to a wall's direction climbs along it."""
-SPIRAL = 0.45
-"""Mean resultant length below which it turns so far that it is a spiral."""
+ROUND = 0.075
+"""Spread of the distances of treads' far ends from the stair's middle, as a share, up to which it is a spiral stair:
+those of one that winds reach into its corners.
+"""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -99,7 +108,7 @@ def find_stairs(plan: Plan, above: float | None, surfels: Surfels, layers: Layer
     tread, steps = _treads(row, col, z, index.shape)
     return [
         stair
-        for chain in _chains(tread, steps, z)
+        for chain in _chains(tread, steps, z - floor, xy)
         if (stair := _stair(chain, tread, steps, xy, z, floor, above, yaw)) is not None
     ]
 
@@ -136,21 +145,61 @@ def _treads(row: I64, col: I64, z: F64, shape: tuple[int, ...]) -> tuple[I64, I6
     return tread, np.where(up[:, None], couples, couples[:, ::-1])
 
 
-def _chains(tread: I64, steps: I64, z: F64) -> list[I64]:
-    """Groups of tread numbers that follow each other, of enough different heights."""
+def _chains(tread: I64, steps: I64, z: F64, xy: F64) -> list[I64]:
+    """Groups of tread numbers that follow each other, of enough different heights ``z`` above the floor."""
     if not len(steps):
         return []
     count = int(tread.max()) + 1
     group = connected_parts(count, steps)
     height = np.bincount(tread, weights=z) / np.bincount(tread)
-    chains: list[I64] = []
-    for number in np.unique(group[steps[:, 0]]):
-        members = np.flatnonzero(group == number)
-        levels = np.sort(height[members])
-        distinct = 1 + int((np.diff(levels) > LEAST_RISER / 2).sum())
-        if distinct >= FEWEST_TREADS and levels[-1] - levels[0] > LEAST_RISE:
-            chains.append(members)
-    return chains
+    runs = [np.flatnonzero(group == number) for number in np.unique(group[steps[:, 0]])]
+    runs = _over_gaps([run for run in runs if _levels(height[run]) >= FEWEST_SEEN], tread, height, xy)
+    return [run for run in runs if _levels(height[run]) >= FEWEST_TREADS and np.ptp(height[run]) > LEAST_RISE]
+
+
+def _levels(height: F64) -> int:
+    """Number of different heights of treads."""
+    return 1 + int((np.diff(np.sort(height)) > LEAST_RISER / 2).sum())
+
+
+def _over_gaps(runs: list[I64], tread: I64, height: F64, xy: F64) -> list[I64]:
+    """Runs of tread numbers, those joined of which one goes on above the other with hidden treads between."""
+    runs = sorted(runs, key=lambda run: float(height[run].min()))
+    for lower in range(len(runs)):
+        for upper in range(lower + 1, len(runs)):
+            if _goes_on(runs[lower], runs[upper], tread, height, xy):
+                runs[lower], runs[upper] = runs[lower][:0], np.concatenate([runs[lower], runs[upper]])
+                break
+    return [run for run in runs if len(run)]
+
+
+def _goes_on(lower: I64, upper: I64, tread: I64, height: F64, xy: F64) -> bool:
+    """Whether an ``upper`` run of treads continues a ``lower`` one that starts at the floor: whole numbers of its
+    risers higher, no farther off than the treads between reach.
+    """
+    number = np.rint((height[lower] - height[lower].min()) / _riser(height[lower]))
+    riser, first = np.polyfit(number, height[lower], 1)
+    if not LEAST_RISER < riser < MOST_RISER or first > 1.5 * riser:
+        return False
+    over = np.rint((height[upper] - first) / riser)
+    off = [np.median(np.abs(height[run] - first - n * riser)) for run, n in ((lower, number), (upper, over))]
+    between = over[None] - number[:, None]
+    follows = (between > 0) & (over > number.max()) & (between < MOST_HIDDEN) & (max(off) < LEVEL)
+    return any(
+        _apart(xy[tread == lower[a]], xy[tread == upper[b]]) < between[a, b] * MOST_GOING
+        for a, b in np.argwhere(follows)
+    )
+
+
+def _riser(height: F64) -> float:
+    """Median step, metres, between different heights of treads."""
+    steps = np.diff(np.sort(height))
+    return float(np.median(steps[steps > LEAST_RISER / 2]))
+
+
+def _apart(first: F64, second: F64) -> float:
+    """Least distance, metres, of points (n, 2) and (m, 2)."""
+    return float(np.linalg.norm(first[:, None] - second[None], axis=2).min())
 
 
 def _stair(
@@ -164,8 +213,8 @@ def _stair(
     climb = middle[mine[:, 1]] - middle[mine[:, 0]]
     climb /= np.maximum(np.linalg.norm(climb, axis=1, keepdims=True), 1e-6)
     mean = np.average(climb, axis=0, weights=count[mine].min(1))
-    length = float(np.hypot(*mean))
-    kind = "straight" if length > STRAIGHT else "winding" if length > SPIRAL else "spiral"
+    straight = np.hypot(*mean) > STRAIGHT
+    kind = "straight" if straight else "spiral" if _is_round(chain, tread, middle, count, xy) else "winding"
     riser = float(np.median(height[mine[:, 1]] - height[mine[:, 0]]))
     low, high = float(height[chain].min()), float(height[chain].max())
     if low > floor + 4 * riser or (above is None and high - floor < LEAST_RISE_TO_NOTHING):
@@ -174,7 +223,7 @@ def _stair(
     points = xy[np.isin(tread, chain)]
     if kind == "straight":
         points = _of_usual_width(points, tread[np.isin(tread, chain)], direction)
-    top = above if above is not None and above - high < 3 * riser else high
+    top = above if above is not None and round((above - high) / riser) <= 3 else high
     if kind == "straight" and above is not None and above - high < MOST_HIDDEN * riser:
         going = float(np.median((middle[mine[:, 1]] - middle[mine[:, 0]]) @ direction))
         points = np.concatenate([points, points + direction * going * (round((above - high) / riser) - 1)])
@@ -183,6 +232,19 @@ def _stair(
     across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
     width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))
     return FoundStair(outline, floor, top, direction, kind, round((top - floor) / riser), width)
+
+
+def _is_round(chain: I64, tread: I64, middle: F64, count: I64, xy: F64) -> bool:
+    """Whether a chain's treads, of ``middle`` (t, 2) and ``count`` (t,) pixels, end on a circle about one point."""
+    weight = count[chain].astype(np.float64)
+    ones = np.sqrt(weight)
+    square = (middle[chain] ** 2).sum(1)
+    centre = np.linalg.lstsq(
+        np.column_stack([2 * middle[chain], np.ones(len(chain))]) * ones[:, None], square * ones, rcond=None
+    )[0][:2]
+    ends = np.array([np.percentile(np.linalg.norm(xy[tread == t] - centre, axis=1), 98) for t in chain])
+    mean = np.average(ends, weights=weight)
+    return bool(np.sqrt(np.average((ends - mean) ** 2, weights=weight)) < ROUND * mean)
 
 
 def _of_usual_width(points: F64, tread: I64, climb: F64) -> F64:
@@ -233,13 +295,20 @@ def wells_of(below: Sequence[FoundStair], plan: Plan) -> list[Polygon]:
     return wells
 
 
+def without_stairs(wells: Sequence[Polygon], stairs: Sequence[FoundStair]) -> list[Polygon]:
+    """Wells over which no other of the ``stairs`` goes on: those belong to the room in which that stands."""
+    standing = shapely.union_all([stair.outline for stair in stairs])
+    return [well for well in wells if well.intersection(standing).area < 0.5 * well.area]
+
+
 def without_wells(space: Polygon, wells: Sequence[Polygon]) -> tuple[list[Polygon], list[Polygon], list[LineString]]:
     """A space without the wells in its floor, those as parts of it, and the lines between both.
 
-    What would be left of the space between a well and a wall and is too narrow to stand on belongs to the well.
+    A space that is little more than a well and its landing stays whole: it is the stair's own room. What would be left
+    of the space between a well and a wall and is too narrow to stand on belongs to the well.
     """
     inside = [w for w in wells if w.intersection(space).area > 0.5 * w.area]
-    if not inside:
+    if not inside or space.area < (1 + LANDING) * shapely.union_all(inside).area:
         return [space], [], []
     rest = space.difference(shapely.union_all(inside))
     rooms = [p for p in polygons_of(_opened(rest, LEDGE).intersection(space)) if p.area > SMALLEST_WELL]

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import shapely
 from modelled import Modelled, modelled
+from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon, box
+from surfaces import level, room, surfels_of
 from synthetic import two_storeys
 
 from scan2bim.model.elements import Stair
 from scan2bim.simulate.scanner import ScannerSpec
-from scan2bim.structure.stairs import without_wells
+from scan2bim.structure.plan import plan_of
+from scan2bim.structure.stairs import FoundStair, find_stairs, without_stairs, without_wells
+from scan2bim.structure.storeys import StoreyLevels, layers_of
 
 SPEC = ScannerSpec(step=math.radians(0.7))
 YAW = 0.4
@@ -59,3 +64,61 @@ def test_a_well_beside_a_wall_takes_the_ledge_too_narrow_to_stand_on() -> None:
 def test_a_space_without_a_well_stays_as_it_is() -> None:
     room = box(0, 0, 5, 3)
     assert without_wells(room, [box(6, 0, 9, 1)]) == ([room], [], [])
+
+
+def test_a_well_with_little_more_than_a_landing_is_a_room_of_its_own() -> None:
+    rooms, wells, cuts = without_wells(box(0, 0, 3, 2.5), [box(0, 0, 2, 2)])
+    assert [p.area for p in rooms] == pytest.approx([7.5])
+    assert not wells
+    assert not cuts
+
+
+def half_turn(risers: int, riser: float) -> list[NDArray[np.float64]]:
+    """Treads of a stair 2 m wide that climbs along x, crosses over and comes back, without the uppermost."""
+    side = (risers - 1) // 2
+    up = [level(1 + 0.26 * k, 1, 1.26 + 0.26 * k, 1.9, (k + 1) * riser) for k in range(side)]
+    back = [
+        level(0.74 + 0.26 * (side - k), 2.1, 1 + 0.26 * (side - k), 3, (side + 1 + k) * riser)
+        for k in range(risers - 1 - side)
+    ]
+    return up + back
+
+
+def round_a_post(risers: int, riser: float) -> list[NDArray[np.float64]]:
+    """Treads of a spiral stair 1.8 m across, without the uppermost."""
+    disc = level(1, 1, 2.8, 2.8, 0.0)
+    angle = np.arctan2(disc[:, 1] - 1.9, disc[:, 0] - 1.9) % (2 * math.pi)
+    radius = np.hypot(disc[:, 1] - 1.9, disc[:, 0] - 1.9)
+    number = np.floor(angle / (1.7 * math.pi) * (risers - 1)).astype(int)
+    on = (radius > 0.1) & (radius < 0.9) & (number < risers - 1)
+    treads = disc + np.column_stack([np.zeros((len(disc), 2)), (number + 1) * riser])
+    return [treads[on & (number == k)] for k in range(risers - 1)]
+
+
+def stairs_among(treads: list[NDArray[np.float64]], above: float) -> list[FoundStair]:
+    around = [*room(0, 0, 8, 5, 0.0, None)[1:], level(4.5, 0, 8, 5, 0.0), level(4.5, 0, 8, 5, above - 0.2)]
+    surfels = surfels_of(np.concatenate([*around, *treads]))
+    layers = layers_of(surfels)
+    plan = plan_of(StoreyLevels(0.0, 0.002, above - 0.2, above, 30.0), surfels, layers, np.array([[6.0, 2.0, 1.6]]))
+    return find_stairs(plan, above, surfels, layers, 0.0)
+
+
+@pytest.mark.parametrize(("treads", "kind"), [(half_turn, "winding"), (round_a_post, "spiral")])
+def test_a_stair_of_which_middle_treads_are_hidden_is_one(
+    treads: Callable[[int, float], list[NDArray[np.float64]]], kind: str
+) -> None:
+    (stair,) = stairs_among([t for k, t in enumerate(treads(15, 0.19)) if k not in (5, 6, 7)], 2.85)
+    assert (stair.kind, stair.risers, stair.top) == (kind, 15, 2.85)
+
+
+def test_shelves_above_a_stair_at_other_heights_do_not_go_on_with_it() -> None:
+    shelves = [level(3.2, 1 + 0.3 * k, 3.5, 1.3 + 0.3 * k, 1.35 + 0.21 * k) for k in range(4)]
+    (stair,) = stairs_among([*half_turn(15, 0.19)[:6], *shelves], 2.85)
+    assert stair.kind == "straight"
+    assert Polygon(stair.outline).bounds[3] == pytest.approx(1.9, abs=0.1)
+
+
+def test_a_well_over_which_the_next_stair_stands_belongs_to_its_room() -> None:
+    (stair,) = stairs_among(half_turn(15, 0.19), 2.85)
+    assert not without_stairs([stair.outline], [stair])
+    assert without_stairs([box(5, 0, 6, 1)], [stair])
