@@ -56,7 +56,7 @@ class TileWriter:
         self._written = 0
 
     def __enter__(self) -> TileWriter:
-        self._file = (self._folder / "points.bin").open("wb", buffering=0)
+        self._file = (self._folder / "points.bin").open("wb")
         return self
 
     def __exit__(self, *exc: object) -> None:

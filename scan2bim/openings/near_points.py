@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import FileIO
+from io import BufferedWriter, FileIO
 from pathlib import Path
 
 import numba as nb
@@ -62,7 +62,7 @@ def points_by_wall(
     """
     lines = np.array([_line(wall) for wall in walls]).reshape(-1, LINE)
     try:
-        with scratch.open("wb", buffering=0) as file:
+        with scratch.open("wb") as file:
             blocks = _sorted_by_wall(scan_folders, lines, file)
         order = np.argsort(blocks["wall"], kind="stable")
         bounds = np.searchsorted(blocks["wall"][order], np.arange(len(walls) + 1))
@@ -73,7 +73,7 @@ def points_by_wall(
         scratch.unlink(missing_ok=True)
 
 
-def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: FileIO) -> NDArray[np.void]:
+def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: BufferedWriter) -> NDArray[np.void]:
     """Write the points near walls to a file, those of one wall and tile side by side; gives dtype BLOCK."""
     indices = [TileIndex.load(folder) for folder in scan_folders]
     owners = [{tuple(t) for t in index.runs["tile"].tolist()} for index in indices]
@@ -161,7 +161,7 @@ def _walls_by_cell(
 class _Found:
     """Takes the points of each run and writes those that are near walls, sorted by wall."""
 
-    def __init__(self, file: FileIO) -> None:
+    def __init__(self, file: BufferedWriter) -> None:
         self.blocks: list[tuple[int, tuple[int, int, int], int, int]] = []
         self._file = file
         self._written = 0

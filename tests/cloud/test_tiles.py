@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -112,3 +113,13 @@ def test_points_spread_over_too_many_tiles_are_refused_with_advice(tmp_path: Pat
     far = (np.arange(70_000, dtype=np.float32)[:, None] * np.array([16.0, 0.0, 0.0], np.float32)).astype(np.float32)
     with pytest.raises(InputError, match="--unit"):
         write(tmp_path, [far])
+
+
+def test_a_disk_that_fills_up_within_the_last_chunk_is_an_error(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+        with pytest.raises(OSError, match="large"):
+            write(tmp_path, [points(10_000, 5.0)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
