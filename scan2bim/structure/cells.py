@@ -27,7 +27,7 @@ REACH = 4.0
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
-LEAST_OPEN = 4.0
+LEAST_OPEN = 1.5
 """Square metres of clear evidence outside all cells from which on the cuts are drawn deeper: a return wall that nobody
 saw leaves a room open.
 """

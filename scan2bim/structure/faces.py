@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
+from scan2bim.structure.steps import TURNED, mod_quarter, turn_to, turned, two_lines
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
@@ -38,6 +39,8 @@ LEAST_KNOWN = 0.3
 """Share of a nook's ceiling that must have been seen: cupboards in it hide the rest."""
 LEAST_NOOK = 0.5
 """Length, metres, of the shortest part of a wall that stands back."""
+BESIDE = 0.3
+"""Share of such a face's length that the middles of both are apart at least; else the wall is uneven."""
 GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
@@ -199,7 +202,28 @@ def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.boo
     index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
     angle, line = local_lines(index, columns.pixel, columns.xy, columns.view)
     region = grow(index, columns.pixel, columns.xy, columns.bins.astype(np.float64), columns.view, angle, line, BAND)
-    return _merge_collinear(columns, _fit_all(columns, region, wall_like), wall_like)
+    fitted = _fit_all(columns, region, wall_like)
+    main = main_direction(fitted)
+    fitted = [part for face in fitted for part in _steps(columns, face, main, wall_like)]
+    return _merge_collinear(columns, fitted, wall_like)
+
+
+def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool_]) -> list[Face]:
+    """A wall and the door leaf beside it, a few centimetres behind its face, each for itself where one oblique line was
+    grown through both; else the face as it is.
+    """
+    offset = columns.xy[face.columns] - face.centre
+    lines = two_lines(offset, face.normal, face.length, main)
+    if lines is None:
+        return [face]
+    normal, across, first, second = lines
+    nearer = np.abs(across - first) <= np.abs(across - second)
+    along = offset @ face.direction
+    if nearer.all() or abs(np.median(along[nearer]) - np.median(along[~nearer])) < BESIDE * face.length:
+        return [face]
+    parts = [face.columns[side] for side in (nearer, ~nearer)]
+    fitted = [_fit(columns, at, wall_like, normal) for at in parts if len(at) >= 4]
+    return [f for f in fitted if f.length >= SHORTEST]
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
@@ -241,14 +265,9 @@ def main_direction(faces: Sequence[Face]) -> float:
     bins = np.zeros(180)
     np.add.at(bins, np.floor(np.mod(np.degrees(angles), 90.0) * 2).astype(int) % 180, length)
     best = np.radians((np.argmax(bins + np.roll(bins, 1) + np.roll(bins, -1)) + 0.5) / 2)
-    off = _mod_quarter(angles - best)
+    off = mod_quarter(angles - best)
     near = np.abs(off) < np.radians(1.5)
     return float(np.mod(best + np.average(off[near], weights=length[near] ** 2), np.pi / 2))
-
-
-def _mod_quarter(angle: F64) -> F64:
-    """Angle to the nearest multiple of a right angle, -pi/4 to pi/4."""
-    return np.mod(angle + np.pi / 4, np.pi / 2) - np.pi / 4
 
 
 def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -337,18 +356,20 @@ def _in_line(a: Face, b: Face) -> bool:
 
 def _square_up(columns: Columns, faces: list[Face]) -> list[Face]:
     """Turn faces that are nearly so parallel or square to the main direction, where that moves their ends by less than
-    their noise.
+    their noise, or where a leaf behind the wall's face has turned them.
     """
     main = main_direction(faces)
     out: list[Face] = []
     for face in faces:
-        angle = np.arctan2(face.direction[1], face.direction[0])
-        off = float(_mod_quarter(np.array([angle - main]))[0])
-        if abs(off) * face.length / 2 > max(0.008, 1.5 * face.rms) or abs(off) > np.radians(4):
+        off = turn_to(face.normal, main)
+        lines = two_lines(columns.xy[face.columns] - face.centre, face.normal, face.length, main)
+        if lines is not None:
+            out.append(replace(face, centre=face.centre + lines[2] * lines[0], normal=lines[0]))
+            continue
+        if abs(off) * face.length / 2 > max(0.008, 1.5 * face.rms) or abs(off) > TURNED:
             out.append(face)
             continue
-        turned = angle - off
-        normal = np.array([-np.sin(turned), np.cos(turned)])
+        normal = turned(face.normal, -off)
         xy = columns.xy[face.columns]
         near = np.abs((xy - face.centre) @ face.normal) < BAND
         weight = columns.bins[face.columns[near]]

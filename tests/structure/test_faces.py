@@ -115,6 +115,18 @@ def test_faces_have_a_front_also_where_no_station_is_known(yaw: float) -> None:
         assert (middle - face.centre) @ face.normal > 1.0
 
 
+@pytest.mark.parametrize("recess", [0.025, 0.03, 0.04])
+def test_a_door_leaf_behind_the_wall_does_not_turn_the_wall(recess: float) -> None:
+    floor, ceiling, *walls = room(0, 0, 5, 3)
+    wall = [upright((0, 3), (1, 3), 0, 2.5), upright((1, 3), (2.6, 3), 2.1, 2.5), upright((2.6, 3), (5, 3), 0, 2.5)]
+    leaf = upright((1, 3 + recess), (2.6, 3 + recess), 0, 2.1)
+    faces = find_faces(plan([[floor, ceiling, *walls[:2], walls[3], *wall, leaf]], [(2, 1)], 0.3))
+    a, b = turned(np.array([[0, 3, 0], [5, 3, 0]]), 0.3)[:, :2]
+    near = [f for f in faces if distance(f, a, b) < 0.1]
+    assert all(abs(float((b - a) @ f.normal)) < 0.005 for f in near)
+    assert max(f.length for f in near) == pytest.approx(5.0, abs=0.12)
+
+
 def beside_a_nook(soffit: float) -> list[F64]:
     """A room of 6 x 3 m whose far wall stands back by 40 cm over 2 m, where a board 1.9 m tall stands in line."""
     floor, ceiling, *walls = room(0, 0, 6, 3)
