@@ -11,7 +11,7 @@ from pathlib import Path
 from document import ROOT
 
 from scan2bim.config import ExportSettings
-from scan2bim.exporters import ifc, model_json, navigation, usd
+from scan2bim.exporters import ifc, indoor_gml, model_json, navigation, usd
 from scan2bim.model.elements import Building
 
 VERSIONS = ("IFC4", "IFC4X3_ADD2", "IFC2X3")
@@ -26,6 +26,7 @@ class Judges:
     rules: folder of buildingSMART's validation rules (ifc-gherkin-rules, with its data model in
     ``ifc_validation_models``), and the Python of an environment with its requirements. modules: the node_modules that
     web-ifc was installed to. assets: the command omni_asset_validate; simready: the command simready-validate.
+    indoorgml: the schema indoorgmlcore.xsd, with what it includes beside it.
     """
 
     rules: Path | None = None
@@ -33,6 +34,7 @@ class Judges:
     modules: Path | None = None
     assets: Path | None = None
     simready: Path | None = None
+    indoorgml: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +62,7 @@ def write_all(building: Building, folder: Path) -> None:
     for suffix in USD:
         usd.export(building, folder / f"house.{suffix}")
     navigation.export(building, folder / "house.nav.json")
+    indoor_gml.export(building, folder / "house.gml")
     model_json.export(building, folder / "house.json")
 
 

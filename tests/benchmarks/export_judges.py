@@ -95,7 +95,7 @@ def kernels(files: Exported) -> str:
     for wall, stated in _walls(file):
         volumes = [stated]
         for kernel in ("opencascade", "cgal"):
-            shape = ifcopenshell.geom.create_shape(settings, wall, geometry_library=kernel)
+            shape: Any = ifcopenshell.geom.create_shape(settings, wall, geometry_library=kernel)
             volumes.append(ifcopenshell.util.shape.get_volume(shape.geometry))
         worst = max(worst, (max(volumes) - min(volumes)) / max(*volumes, 1e-09))
     return f"{100 * worst:.3f} %"
@@ -117,7 +117,8 @@ def _walls(file: Any) -> Iterator[tuple[Any, float]]:
     import ifcopenshell.util.element as util
 
     for wall in file.by_type("IfcWall"):
-        yield wall, util.get_pset(wall, "Qto_WallBaseQuantities", "NetVolume")
+        volume: Any = util.get_pset(wall, "Qto_WallBaseQuantities", "NetVolume")
+        yield wall, float(volume)
 
 
 def check(files: Exported) -> str:
@@ -129,7 +130,7 @@ def check(files: Exported) -> str:
 
 def usd_validators(files: Exported) -> str:
     """Issues of all validators that come with USD, in each form, and in each variant of each door."""
-    from pxr import Usd, UsdValidation
+    from pxr import Usd, UsdValidation  # pyright: ignore[reportAttributeAccessIssue]
 
     context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
     issues: list[str] = []
@@ -213,6 +214,16 @@ def _simulation() -> Any:
     return Simulation
 
 
+def indoor_gml(files: Exported) -> str:
+    """Errors of the IndoorGML file by its schema."""
+    if files.judges.indoorgml is None:
+        return NONE
+    import xmlschema
+
+    schema = xmlschema.XMLSchema(str(files.judges.indoorgml), allow="local")
+    return _counted([type(error).__name__ for error in schema.iter_errors(str(files.folder / "house.gml"))])
+
+
 def rerun(files: Exported) -> str:
     """Whether a second run writes the same bytes: IFC, USD with its folders, maps, JSON."""
     again = files.folder / "again"
@@ -242,6 +253,7 @@ USD_COLUMNS: dict[str, Column] = {
     "SimReady doors": simready,
     "doors open": doors,
     "ways": ways,
+    "IndoorGML": indoor_gml,
     "rerun alike": rerun,
 }
 MUST_BE_NONE = ("IFC4 errors", "IFC4X3_ADD2 errors", "IFC2X3 errors", "IDS", "USD validators")

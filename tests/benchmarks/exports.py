@@ -2,7 +2,7 @@
 docs/results.md.
 
     ./run exports MODEL.json | SCENES_DIR ... [--large 1000 --large 10000] [--no-docs]
-                  [--rules DIR --python PYTHON] [--modules DIR] [--assets CMD] [--simready CMD]
+                  [--rules DIR --python PYTHON] [--modules DIR] [--assets CMD] [--simready CMD] [--indoorgml XSD]
 
 MODEL.json: models as ``scan2bim convert -o model.json`` writes them. SCENES_DIR: a folder of scenes, each with its
 scans in ``e57``, which are converted first. The other options name judges that are not installed with the tests
@@ -42,8 +42,8 @@ USD_INTRODUCTION = """\
 USD validators: issues of all that come with USD, over usda, usdc and usdz and the four states of the doors. Asset
 validator: of omniverse-asset-validator. SimReady: doors' assets without a missed feature of the profile
 Robotics-Prop. Doors open: leaves on hinges that a push of 5 N m opens to their limit, in MuJoCo; ways: those from room
-to room that a body of 0.4 m drives along through the open door. Rerun alike: files that a second run writes
-byte by byte: IFC, USD, maps, JSON."""
+to room that a body of 0.4 m drives along through the open door. IndoorGML: errors by its schema. Rerun alike: files
+that a second run writes byte by byte: IFC, USD, maps, JSON."""
 
 
 def large_building(count: int) -> Building:
@@ -119,6 +119,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
         ("modules", "node_modules with web-ifc"),
         ("assets", "the command omni_asset_validate"),
         ("simready", "the command simready-validate"),
+        ("indoorgml", "the schema indoorgmlcore.xsd"),
     ):
         parser.add_argument(f"--{name}", type=path_of, help=words)
     return parser.parse_args(arguments)
@@ -127,7 +128,7 @@ def options_of(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> int:
     """Do it all; 1 where a file has errors."""
     options = options_of(arguments)
-    judges = Judges(options.rules, options.python, options.modules, options.assets, options.simready)
+    judges = Judges(options.rules, options.python, options.modules, options.assets, options.simready, options.indoorgml)
     cells = {model.stem: judged(model, judges) for model in models_of(options.models)}
     parts = [INTRODUCTION]
     for columns, words in ((IFC_COLUMNS, ""), (USD_COLUMNS, USD_INTRODUCTION)):
