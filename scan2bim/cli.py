@@ -18,6 +18,12 @@ CONVERT = """\
 Convert scans to building model files. What an earlier run has done is kept in a
 work folder: a run that was stopped goes on where it was, and after a changed
 setting only what depends on it runs again."""
+INFO = """\
+Tell what is in the scans: points, extent, density, colour, stations, unit, up axis, and
+what a conversion would take."""
+CHECK = """\
+Check the integrity of an IFC file: what is legal by the schema and cannot be so in a
+building. Exit code 1 where something was found."""
 SIMULATE = """\
 Scan an IFC model virtually: an E57 file with its pose for each station, and truth.json
 with what is to be found in them. For planning scans and for testing what reads them."""
@@ -67,42 +73,31 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"scan2bim {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    convert = commands.add_parser(
-        "convert",
-        help="scans to building model files",
-        description=CONVERT,
-        epilog=EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    _add_convert(convert)
-    verify = commands.add_parser(
-        "verify",
-        help="a model against scans: what was not built as drawn",
-        description=VERIFY,
-        epilog=EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    _add_verify(verify)
-    _add_next_scan(commands.add_parser("next-scan", help="where to scan next", description=NEXT_SCAN))
-    info = commands.add_parser("info", help="what is in the scans", description="Tell what is in the scans.")
+
+    def command(name: str, short: str, description: str) -> argparse.ArgumentParser:
+        return commands.add_parser(
+            name,
+            help=short,
+            description=description,
+            epilog=EXIT_CODES,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+
+    _add_convert(command("convert", "scans to building model files", CONVERT))
+    _add_verify(command("verify", "a model against scans: what was not built as drawn", VERIFY))
+    _add_next_scan(command("next-scan", "where to scan next", NEXT_SCAN))
+    info = command("info", "what is in the scans", INFO)
     _add_paths(info)
     _add_frame(info)
     info.add_argument("--json", action="store_true", help="the report as JSON on stdout")
-    _add_simulate(commands.add_parser("simulate", help="virtual scans of an IFC model", description=SIMULATE))
-    _add_evaluate(commands.add_parser("evaluate", help="how right a building model is", description=EVALUATE))
-    doctor = commands.add_parser("doctor", help="check the installation", description="Check the installation.")
+    _add_simulate(command("simulate", "virtual scans of an IFC model", SIMULATE))
+    _add_evaluate(command("evaluate", "how right a building model is", EVALUATE))
+    doctor = command("doctor", "check the installation", "Check the installation.")
     doctor.add_argument("--json", action="store_true", help="the report as JSON on stdout")
-    check = commands.add_parser(
-        "check",
-        help="faults of an IFC file that validators do not see",
-        description="Check the integrity of an IFC file: what is legal by the schema and cannot be so in a building. "
-        "Exit code 1 where something was found.",
-    )
+    check = command("check", "faults of an IFC file that validators do not see", CHECK)
     check.add_argument("path", metavar="FILE.ifc", help="the IFC file, of any program")
     check.add_argument("--json", action="store_true", help="the findings as JSON on stdout")
-    schema = commands.add_parser(
-        "schema", help="print a JSON Schema", description="Print the JSON Schema of the model's .json files."
-    )
+    schema = command("schema", "print a JSON Schema", "Print the JSON Schema of the model's .json files.")
     schema.add_argument("of", nargs="?", choices=("model", "report"), default="model", help="report: of report.json")
     return parser
 
@@ -115,8 +110,9 @@ def _add_convert(convert: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="OUT",
-        help="file to write (.ifc .usda .usdc .usdz .json; plan: .svg .png; picture: .view.png) or folder (all of "
-        "them); may be given again",
+        help="file to write (model: .ifc .usda .usdc .usdz .json .glb; plan: .svg .png .pdf .dxf; picture: .view.png; "
+        "quantities: .xlsx .csv; robots: .nav.json; points: .laz .las; voxels: .voxels.npz .voxels.png) or folder "
+        "(all but points and voxels); may be given again",
     )
     convert.add_argument("--debug-images", metavar="DIR", help="write pictures of how openings are found on each wall")
     convert.add_argument("--dry-run", action="store_true", help="only tell what would run, and what it may take")

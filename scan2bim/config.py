@@ -225,7 +225,9 @@ def _suggestion(place: list[str]) -> str:
     elsewhere = [name for name in everywhere if name.partition(".")[2] == place[-1]]
     if elsewhere:
         return f"Did you mean {min(elsewhere)!r}?"
-    return f"Known here: {', '.join(known) or 'nothing yet'}."
+    if not known:
+        return f"This section has no settings. Known are: {', '.join(sorted(everywhere))}."
+    return f"Known here: {', '.join(known)}."
 
 
 def _section(place: list[str]) -> type[BaseModel] | None:

@@ -60,7 +60,7 @@ def verify(request: VerifyRequest, reporter: Reporter) -> Verified:
 
     Raises UsageError, InputError, PrecheckError, StageError or ResourceError.
     """
-    from scan2bim.verify.ifc_model import open_ifc
+    from scan2bim.ifcfile import open_ifc
 
     with RunLog() as log:
         open_ifc(request.model)

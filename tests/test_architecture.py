@@ -23,7 +23,8 @@ LAYER_OF_MODULE = {
     "errors": "errors",
     "config": "config",
     **dict.fromkeys(
-        ("progress", "workfolder", "guard", "logs", "numbacache", "absent", "allocator", "parallel"), "support"
+        ("progress", "workfolder", "guard", "logs", "numbacache", "absent", "allocator", "parallel", "ifcfile"),
+        "support",
     ),
     **dict.fromkeys(
         (
@@ -60,8 +61,8 @@ MAY_IMPORT = {
     "coverage": BASE | {"cloud", "model", "geometry"},
     "exporters": {"errors", "config", "support", "model", "geometry"},
     "report": {"errors", "support", "model", "geometry"},
-    "check": {"errors"},
-    "truth": {"errors", "geometry"},
+    "check": {"errors", "support"},
+    "truth": {"errors", "support", "geometry"},
     "simulate": {"errors", "cloud", "model", "geometry", "truth"},
     "evaluate": {"errors", "truth"},
     "pipeline": BASE

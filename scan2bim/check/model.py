@@ -17,7 +17,7 @@ import numpy as np
 
 from scan2bim.check.bodies import Body, Floats
 from scan2bim.check.values import Finding
-from scan2bim.errors import InputError
+from scan2bim.ifcfile import open_ifc
 
 Entity = ifcopenshell.entity_instance
 
@@ -99,14 +99,7 @@ class Model:
 
 def read_model(path: Path) -> Model:
     """The file with all bodies, openings not subtracted. Raises InputError for what is no IFC file."""
-    try:
-        file: Any = ifcopenshell.open(str(path))
-    except Exception as error:  # the library raises what its parser finds, of many classes
-        reason = " ".join(str(error).split())[:200] or "no reason given"
-        raise InputError(path, f"is no readable IFC file ({reason}).", "Give an IFC file (.ifc).") from error
-    if not isinstance(file, ifcopenshell.file):
-        raise InputError(path, "is no IFC file in STEP form.", "Save it as .ifc.")
-    return model_of(path, file)
+    return model_of(path, open_ifc(path))
 
 
 def model_of(path: Path, file: ifcopenshell.file) -> Model:

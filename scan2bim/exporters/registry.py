@@ -103,8 +103,8 @@ def write_outputs(
 ) -> tuple[Written, ...]:
     """Write the building to each target: a file with a known suffix, or a folder, which gets all formats.
 
-    points: reads the scans once more, for the exporters that want them; voxels: labels
-    the storeys' voxels, likewise. Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
+    points: reads the scans once more, for the exporters that want them; voxels: labels the storeys' voxels, likewise.
+    Files in a folder are named after the building. Each file is written in a hidden folder beside its place, flushed to
     disk and then moved there. When an exporter fails the other files are still written and a StageError names the
     failures; when the disk is full a ResourceError comes at once. Raises UsageError as check_targets does.
     """

@@ -117,7 +117,7 @@ _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"\xff\xd8\xff", "a JPEG picture", "Give the point cloud itself, as E57 or LAZ."),
     (b"ISO-10303-21", "a STEP or IFC model", "Give the point cloud that it was made from, as E57 or LAZ."),
     (b"<", "an XML or HTML page", "Perhaps a download failed: fetch the file again."),
-    (b'{"', "a JSON file", "Give the point cloud itself, as E57 or LAZ."),
+    (b"{", "a JSON file", "Give the point cloud itself, as E57 or LAZ."),
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself", "Run 'git lfs pull' to fetch the file."),
     (b"\xff\xfe", "UTF-16 text", "Save it as plain text (ASCII or UTF-8)."),
     (b"\xfe\xff", "UTF-16 text", "Save it as plain text (ASCII or UTF-8)."),
@@ -180,7 +180,9 @@ def _by_content(path: Path, head: bytes, promised: Format | None) -> Format:
         if head.startswith(magic):
             raise DamagedFileError(path, f"expected {_promise(promised)}, but this is {what}.", advice)
     kind = text_kind(head)
-    if kind is None or (promised in ("E57", "LAS", "PLY", "PCD") and kind == "TEXT" and not looks_like_points(head)):
+    if kind is None or (
+        promised in (None, "E57", "LAS", "PLY", "PCD") and kind == "TEXT" and not looks_like_points(head)
+    ):
         raise DamagedFileError(
             path,
             f"expected {_promise(promised)}, but the file begins with {head[:12]!r}.",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,8 @@ import ifcopenshell.util.unit
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.errors import DamagedFileError, InputError
+from scan2bim.errors import DamagedFileError
+from scan2bim.ifcfile import open_ifc
 
 F64 = NDArray[np.float64]
 Entity = Any
@@ -25,10 +25,6 @@ Entity = Any
 
 UPRIGHT = 0.1
 """Height of a triangle's unit normal below which it stands upright: 6 degrees."""
-SIGNATURE = b"ISO-10303-21"
-END = b"END-ISO-10303-21"
-TAIL = 4096
-"""Bytes at the end of the file in which ``END`` is to stand: some programs add comments."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,23 +61,11 @@ class IfcModel:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.file: Any = open_ifc(path)
         try:
-            with path.open("rb") as file:
-                head = file.read(64)
-                file.seek(-min(TAIL, file.seek(0, os.SEEK_END)), os.SEEK_END)
-                tail = file.read()
-        except OSError as error:
-            raise InputError(path, f"cannot be read ({error.strerror}).") from error
-        if not head.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(SIGNATURE):
-            raise DamagedFileError(path, "expected an IFC file (ISO-10303-21), but it does not start as one.")
-        if END not in tail:
-            raise DamagedFileError(path, f"expected {END.decode()} at its end: the file is cut off.", "Copy it again.")
-        try:
-            self.file: Any = ifcopenshell.open(str(path))
             self.schema: str = self.file.schema
             self.unit = float(ifcopenshell.util.unit.calculate_unit_scale(self.file))
-        except Exception as error:
-            # ifcopenshell raises RuntimeError, OSError, its own errors and KeyError, as the damage may be.
+        except Exception as error:  # the library raises what it meets in a damaged file, of many classes
             raise DamagedFileError(
                 path, f"cannot be read as IFC ({type(error).__name__}: {error}).", "Export it again."
             ) from error

@@ -9,7 +9,7 @@ from typing import Any
 import ifcopenshell
 import ifcopenshell.guid
 
-from scan2bim.verify.ifc_model import open_ifc
+from scan2bim.ifcfile import open_ifc
 from scan2bim.verify.result import ElementResult, Report, Status
 
 SET_NAME = "Scan2BIM_Verification"

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.errors import InputError
+from scan2bim.ifcfile import open_ifc
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -95,21 +96,6 @@ class IfcModel:
     storeys: tuple[ModelStorey, ...]
     conversion: MapConversion | None
     without_body: tuple[tuple[str, str, str], ...]
-
-
-def open_ifc(path: Path) -> ifcopenshell.file:
-    """The file. Raises InputError where it is no IFC that can be read."""
-    if not path.is_file():
-        raise InputError(path, "no such IFC file.", "Pass an existing model file (.ifc, .ifczip).")
-    try:
-        file: Any = ifcopenshell.open(str(path))
-    except Exception as error:
-        raise InputError(
-            path, f"is not an IFC file that can be read ({_first_line(error)}).", "Export it again."
-        ) from None
-    if not isinstance(file, ifcopenshell.file):
-        raise InputError(path, "is not a STEP IFC file.", "Export the model as .ifc.")
-    return file
 
 
 def read_model(path: Path) -> IfcModel:
@@ -274,7 +260,3 @@ def conversion_of(file: ifcopenshell.file) -> MapConversion | None:
             east, north = (value.wrappedValue * metres for value in (entry.FirstCoordinate, entry.SecondCoordinate))
             return MapConversion(east, north, (entry.Height or 0.0) * metres, 0.0, entry.TargetCRS.Description)
     return None
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).strip().splitlines() or [type(error).__name__])[0][:200]

@@ -121,3 +121,23 @@ def test_what_is_no_scan_is_told_what_it_is(tmp_path: Path, content: bytes, hint
 def test_a_folder_in_place_of_a_file_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="folder"):
         read_headers(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("notes.foo", "x\n", "expected a point cloud .*e57"),
+        ("truth.json", '{\n  "a": 1\n}', "this is a JSON file"),
+    ],
+)
+def test_what_is_no_point_cloud_by_name_and_content_is_told_what_is_read(
+    name: str, text: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(DamagedFileError, match=said):
+        read_headers(tmp_path / name)
+
+
+def test_points_under_an_unknown_suffix_are_read(tmp_path: Path) -> None:
+    (tmp_path / "scan.foo").write_text("x y z\n1 2 3\n4 5 6\n")
+    assert read_headers(tmp_path / "scan.foo")
