@@ -38,6 +38,8 @@ NEARLY = (8, 20)
 """By how much of 255 each channel of a leaf of nearly the wall's colour differs from the wall's, at most and least."""
 GAP = 0.003
 """Between leaf and lining, metres: as doors are hung."""
+SHALLOWEST = 0.004
+"""Metres behind the wall's face that a leaf hangs at least, however thin the wall, if it is not flush with it."""
 
 
 def one_of(choices: tuple[Rgb, ...], rng: Rng) -> Rgb:
@@ -68,9 +70,9 @@ def dress(door: DoorSpec, wall_colour: Rgb, thickness: float, rng: Rng, hard: bo
         return replace(
             door, recess=0.0, casing=0.0, colour=nearly(wall_colour, rng), finish="paint", hinge=hinge, gap=GAP
         )
-    deepest = thickness - door.leaf_thickness - 0.03
+    deepest = max(thickness - door.leaf_thickness - 0.03, SHALLOWEST)
     kind = rng.random()
-    recess = 0.0 if kind < 0.25 else float(rng.uniform(0.004, min(0.05, deepest)))
+    recess = 0.0 if kind < 0.25 else float(rng.uniform(SHALLOWEST, min(0.05, deepest)))
     if kind > 0.8:
         recess = float(rng.uniform(min(0.05, deepest), deepest))
     leaf = nearly(wall_colour, rng) if rng.random() < 0.2 else one_of(DOOR_COLOURS, rng)

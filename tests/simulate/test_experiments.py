@@ -11,8 +11,9 @@ from scan2bim.simulate.effects import World
 from scan2bim.simulate.hall import DOORS, MOST_HIDDEN, hall
 from scan2bim.simulate.mesh import build_mesh
 from scan2bim.simulate.office import office
-from scan2bim.simulate.scene import Scene
+from scan2bim.simulate.scene import DoorSpec, Scene
 from scan2bim.simulate.truth import truth_of
+from scan2bim.simulate.variation import SHALLOWEST, dress
 from scan2bim.simulate.visibility import with_occlusion
 from scan2bim.truth.values import Truth
 
@@ -98,3 +99,11 @@ def test_the_sweep_hides_from_nothing_to_half_of_the_doors_wall() -> None:
     for number in (0, 22, 38):
         truth = looked_at(case(number))
         assert truth.walls[0].occlusion == pytest.approx(wanted[number], abs=0.08)
+
+
+@pytest.mark.parametrize("thickness", [0.05, 0.07, 0.074, 0.12])
+def test_a_leaf_hangs_in_a_wall_however_thin_it_is(thickness: float) -> None:
+    rng = np.random.default_rng(1)
+    recesses = [dress(DoorSpec("door", 0.5), (200, 200, 200), thickness, rng).recess for _ in range(40)]
+    assert min(recesses) >= 0.0
+    assert max(recesses) <= max(thickness - 0.07, SHALLOWEST)
