@@ -48,7 +48,7 @@ SURVEY = Stage("survey", 2, (), lambda s: s.frame, 0.3, 0)
 READ = Stage("read", 4, ("survey",), lambda s: s.read, 2.0, 0)
 SURFELS = Stage("surfels", 2, ("read",), lambda s: s.surfels, 0.3, 150)
 STRUCTURE = Stage("structure", 25, ("surfels", "read"), lambda s: s.structure, 1.0, 130)
-OPENINGS = Stage("openings", 24, ("structure", "surfels", "read"), lambda s: s.openings, 0.5, 200)
+OPENINGS = Stage("openings", 25, ("structure", "surfels", "read"), lambda s: s.openings, 0.5, 200)
 MODEL = Stage("model", 15, ("survey", "structure", "openings", "surfels", "read"), lambda s: None, 0.4, 20)
 EXPORT = Stage("export", 1, ("model",), lambda s: None, 1.5, 0)
 

@@ -61,7 +61,15 @@ def find_openings(
     scene = load_scene(surfel_folder, scan_folders)
     structure = StructureShape.load(structure_folder / "structure.json")
     found = openings_of(structure, scene, scan_folders, folder, settings, progress)
-    save_openings(without_overlaps(completed(with_usual_linings(found)), structure.storeys), folder / "openings.json")
+    found = completed(with_usual_linings(found))
+    if settings.method != "paper":
+        found = _judged(found, structure.storeys)
+    save_openings(without_overlaps(found, structure.storeys), folder / "openings.json")
+
+
+def _judged(found: Sequence[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
+    """With the probability of those that were looked through; closed leaves have theirs."""
+    return [replace(o, confidence=probability(o, storeys[o.storey].walls[o.wall])) if o.sides > 0 else o for o in found]
 
 
 def draw_openings(
@@ -109,8 +117,7 @@ def openings_of(
         else:
             images = [face.image for face in faces]
             hung = [with_lining(with_leaf(o, near.wall, scene.surfels, index), images) for o in seen]
-            found += [replace(opening, confidence=probability(opening, near.wall)) for opening in hung]
-            found += closed_openings(near.storey, near.place, near.wall, faces, near.points)
+            found += [*hung, *closed_openings(near.storey, near.place, near.wall, faces, near.points)]
     walls = [storey.walls for storey in structure.storeys]
     return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]
 

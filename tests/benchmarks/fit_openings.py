@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +22,29 @@ from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.structure.shapes import StructureShape, WallShape
 
 F64 = NDArray[np.float64]
-RIDGE = 0.1
+RIDGE = 0.3
 """Weight of the squares of the weights: few false openings are in the scenes."""
 MATCH = 0.5
 """Least overlap (intersection over union) with a true opening of its kind."""
 KINDS = {"window": ("windows",), "door": ("doors",), "passage": ("openings", "doors")}
-BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.01)
+BINS = (*(k / 10 for k in range(10)), 1.01)
 
 
-def examples(scene: Path, work: Path) -> tuple[F64, NDArray[np.bool_]]:
-    """Features (n, k) of the openings that were looked through, and which are right (n,)."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Examples:
+    """Features (n, k) of openings that were looked through, which are right (n,), and which are windows (n,)."""
+
+    rows: F64
+    right: NDArray[np.bool_]
+    window: NDArray[np.bool_]
+
+
+def examples(scene: Path, work: Path) -> Examples:
+    """Of one scene."""
     truth: dict[str, Any] = json.loads((scene / "truth.json").read_text())
     shift = np.array(json.loads(one(work, "survey", "frame.json").read_text())["shift"])
     structure = StructureShape.load(one(work, "structure", "structure.json"))
-    rows, right = [], []
+    rows, right, window = [], [], []
     for opening in load_openings(one(work, "openings", "openings.json")):
         if opening.sides == 0:
             continue  # found as a closed door: that has weights of its own
@@ -46,7 +56,8 @@ def examples(scene: Path, work: Path) -> tuple[F64, NDArray[np.bool_]]:
         ]
         rows.append(features(opening, wall))
         right.append(max(overlaps, default=0.0) >= MATCH)
-    return np.array(rows).reshape(-1, len(WEIGHTS)), np.array(right, bool)
+        window.append(opening.kind == "window")
+    return Examples(np.array(rows).reshape(-1, len(WEIGHTS)), np.array(right, bool), np.array(window, bool))
 
 
 def one(work: Path, stage: str, name: str) -> Path:
@@ -100,18 +111,24 @@ def main() -> None:
     parser.add_argument("--fit", nargs="+", required=True, metavar="SCENE=WORK")
     parser.add_argument("--test", nargs="+", default=[], metavar="SCENE=WORK")
     arguments = parser.parse_args()
-    rows, right = joined(arguments.fit)
-    weights = fitted(rows, right)
+    known = joined(arguments.fit)
+    weights = fitted(known.rows, known.right)
     print("WEIGHTS = np.array(", [round(float(w), 2) for w in weights], ")")
-    report("fitted on", rows, right, weights)
+    report("fitted on", known.rows, known.right, weights)
     if arguments.test:
-        report("tested on", *joined(arguments.test), weights)
+        other = joined(arguments.test)
+        report("tested on", other.rows, other.right, weights)
+        report("windows of these", other.rows[other.window], other.right[other.window], weights)
 
 
-def joined(pairs: list[str]) -> tuple[F64, NDArray[np.bool_]]:
-    """Examples of several SCENE=WORK."""
+def joined(pairs: list[str]) -> Examples:
+    """Of several SCENE=WORK."""
     found = [examples(*map(Path, pair.split("="))) for pair in pairs]
-    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+    return Examples(
+        np.concatenate([f.rows for f in found]),
+        np.concatenate([f.right for f in found]),
+        np.concatenate([f.window for f in found]),
+    )
 
 
 if __name__ == "__main__":

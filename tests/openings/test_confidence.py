@@ -27,4 +27,20 @@ def test_an_opening_with_neither_is_unlikely() -> None:
 
 def test_a_leaf_makes_a_door_surer() -> None:
     door = dataclasses.replace(DOUBTFUL, kind="door", state="open")
-    assert probability(dataclasses.replace(door, angle=1.2), WALL) > probability(door, WALL) + 0.05
+    assert probability(dataclasses.replace(door, angle=1.2), WALL) > probability(door, WALL) + 0.02
+
+
+def test_a_low_window_that_may_be_a_glazed_door_is_less_sure() -> None:
+    tall = dataclasses.replace(DOUBTFUL, sill=0.3, height=1.8)
+    assert probability(dataclasses.replace(tall, sill=0.1, height=2.0), WALL) < probability(tall, WALL) - 0.05
+
+
+def test_a_hole_of_half_a_metre_is_less_sure() -> None:
+    assert probability(dataclasses.replace(DOUBTFUL, width=0.5), WALL) < probability(DOUBTFUL, WALL) - 0.05
+
+
+def test_no_feature_counts_more_than_twice() -> None:
+    odd = dataclasses.replace(CLEAR, width=0.1, height=9.0, width_sigma=None, height_sigma=None, glazed=True)
+    for opening in (CLEAR, DOUBTFUL, odd):
+        assert features(opening, WALL).min() >= 0.0
+        assert features(opening, WALL).max() <= 2.0
