@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from scan2bim.structure.overlaps import clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
-from scan2bim.structure.portals import split_at_portals
+from scan2bim.structure.portals import split_at_portals, under_lintel
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.roofs import LEVEL, Slope, crown_of, find_roofs, roof_of, upper_edge
 from scan2bim.structure.shapes import (
@@ -189,7 +190,7 @@ def _rooms(
         whole, below, rims = without_wells(space, bare)
         open_parts += below
         cuts += rims
-        parts, portals = (whole, []) if below else split_at_portals(space)
+        parts, portals = (whole, []) if below else split_at_portals(space, partial(under_lintel, plan=plan))
         rooms += parts
         cuts += portals
     return Rooms(

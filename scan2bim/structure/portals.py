@@ -1,19 +1,22 @@
 """Open plans: spaces that run into each other are told apart where a wall's line goes on across a passage.
 
 A cut starts at a corner that juts into the space (a wall's free end) and goes on in the line of the wall to the next
-border. It is made where the passage is narrow for the smaller of both parts; no wall is put there, only a virtual
-border.
+border. It is made where the passage is narrow for the smaller of both parts, or a lintel hangs over it; no wall is put
+there, only a virtual border.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
+
+from scan2bim.cloud.surfels import PLAN
+from scan2bim.structure.plan import Plan
 
 WIDEST = 3.5
 """Width, metres, of the widest passage that can part two spaces."""
@@ -23,25 +26,37 @@ NARROW = 0.6
 """Largest ratio of the passage's width squared to the smaller part's area: a square part may be open on 3/4 of one
 side.
 """
+NARROW_UNDER_LINTEL = 1.2
+"""The same where a lintel hangs over the passage: the wall goes on above it."""
+LINTEL = 0.1
+"""Metres that a lintel hangs lower than the ceilings on both sides of it."""
+THICKEST = 0.5
+"""Depth, metres, of the deepest lintel."""
 F64 = NDArray[np.float64]
 
 
-def split_at_portals(polygon: Polygon) -> tuple[list[Polygon], list[LineString]]:
-    """Parts of a space and the cuts between them; the narrowest passage first, until none is narrow."""
-    best = min(_cuts(polygon), key=lambda c: c[0], default=None)
+def split_at_portals(
+    polygon: Polygon, under_lintel: Callable[[LineString], bool]
+) -> tuple[list[Polygon], list[LineString]]:
+    """Parts of a space and the cuts between them; the narrowest passage first, until none is narrow. ``under_lintel``
+    tells whether a lintel hangs over a line.
+    """
+    best = min(_cuts(polygon, under_lintel), key=lambda c: c[0], default=None)
     if best is None:
         return [polygon], []
     _, cut, parts = best
     out: list[Polygon] = []
     cuts = [cut]
     for part in parts:
-        pieces, more = split_at_portals(part)
+        pieces, more = split_at_portals(part, under_lintel)
         out += pieces
         cuts += more
     return out, cuts
 
 
-def _cuts(polygon: Polygon) -> list[tuple[float, LineString, list[Polygon]]]:
+def _cuts(
+    polygon: Polygon, under_lintel: Callable[[LineString], bool]
+) -> list[tuple[float, LineString, list[Polygon]]]:
     """Cuts of a space that leave two parts each large for the passage: (ratio, line, parts)."""
     found: list[tuple[float, LineString, list[Polygon]]] = []
     if polygon.area < 2 * SMALLEST_PART:
@@ -56,9 +71,28 @@ def _cuts(polygon: Polygon) -> list[tuple[float, LineString, list[Polygon]]]:
             continue
         smaller = min(p.area for p in parts)
         ratio = line.length**2 / smaller
-        if smaller >= SMALLEST_PART and ratio <= NARROW:
+        narrow = ratio <= NARROW or (ratio <= NARROW_UNDER_LINTEL and under_lintel(line))
+        if smaller >= SMALLEST_PART and narrow:
             found.append((ratio, line, parts))
     return found
+
+
+def under_lintel(line: LineString, plan: Plan) -> bool:
+    """Whether along a line, no farther to a side than a wall is thick, something hangs lower than on both sides."""
+    a, b = shapely.get_coordinates(line)
+    along = (b - a) / np.linalg.norm(b - a)
+    across = np.array([-along[1], along[0]])
+    off = np.arange(-THICKEST - 4 * PLAN, THICKEST + 4.5 * PLAN, PLAN)
+    steps = np.arange(PLAN / 2, line.length, PLAN)
+    pixel = plan.grid.pixel_of(a + steps[:, None, None] * along + off[:, None] * across)
+    inside = plan.grid.contains(pixel.reshape(-1, 2)).reshape(pixel.shape[:2])
+    height = np.full(inside.shape, np.nan)
+    height[inside] = plan.overhead_z[pixel[inside][:, 1], pixel[inside][:, 0]]
+    profile = np.array([np.median(h[np.isfinite(h)]) if np.isfinite(h).mean() > 0.5 else np.nan for h in height.T])
+    sides = [profile[off < -THICKEST], profile[off > THICKEST]]
+    if any(np.isnan(side).all() for side in (*sides, profile)):
+        return False
+    return bool(min(float(np.nanmin(side)) for side in sides) - np.nanmin(profile) > LINTEL)
 
 
 def _jutting_corners(polygon: Polygon) -> list[tuple[F64, F64]]:
