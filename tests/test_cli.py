@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -305,22 +304,6 @@ def test_a_closed_stdout_is_no_error(scans: Path) -> None:
     process.stderr.close()
     assert process.wait(timeout=20) in (0, 141)
     assert err == b""
-
-
-def cpu_of(command: Sequence[str]) -> float:
-    """Least CPU seconds of five runs."""
-    costs: list[float] = []
-    for _ in range(5):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        costs.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return min(costs)
-
-
-def test_help_costs_at_most_four_times_a_bare_interpreter() -> None:
-    bare = cpu_of([sys.executable, "-c", "pass"])
-    assert cpu_of([sys.executable, "-m", "scan2bim.cli", "--help"]) <= 4 * bare
 
 
 @pytest.fixture

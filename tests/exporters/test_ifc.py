@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 import warnings
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from ifc_help import entity, one_storey, points, volume, whole, written
 
 from scan2bim.config import ExportSettings
 from scan2bim.exporters.ifc import export
-from scan2bim.model.elements import Building, Column, Frame, Join, Slab, Space, Storey, Wall
+from scan2bim.model.elements import Building, Column, Frame, Join, Slab, Storey
 from scan2bim.model.queries import openings_of, walls_of
 from scan2bim.truth.ifc_file import IfcModel as TruthIfc
 from scan2bim.verify.ifc_model import conversion_of
@@ -265,19 +264,3 @@ def test_colours_of_the_scan_are_the_styles(house):
 def util_styles(element: ifcopenshell.entity_instance) -> list[ifcopenshell.entity_instance]:
     items = [item for rep in element.Representation.Representations for item in rep.Items]
     return [style for item in items for styled in item.StyledByItem for style in styled.Styles]
-
-
-def many_walls() -> Building:
-    walls: list[Wall] = []
-    for i in range(100):
-        x, y = i % 10 * 6.0, i // 10 * 5.0
-        holes = [opening(f"d{i}", 1.0, 0.8 + i / 500, 0.0, 2.1, None)] if i < 60 else []
-        walls.append(wall(str(i), (x, y), (x + 6, y), 0.1 + i / 1000, 0.0, openings=tuple(holes)))
-    spaces: tuple[Space, ...] = ()
-    return one_storey(*walls, spaces=spaces)
-
-
-def test_a_hundred_walls_take_seconds_not_minutes(tmp_path):
-    before = time.process_time()
-    export(many_walls(), tmp_path / "many.ifc")
-    assert time.process_time() - before < 10.0
