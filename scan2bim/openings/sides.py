@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.edges import FEWEST, MARGIN, REACH, Edge, find_edge
-from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
+from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part, within
 
 FARTHEST = 0.6
 """Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""
@@ -31,14 +31,11 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     """The sides near a rough box. In ``outer`` walls, where curtains hang, they may lie far behind what hides them."""
     left, right, bottom, top = box
     hidden = [_hidden_beyond(image, box, k) if outer else 0.0 for k in range(4)]
-    along, up = image.along, image.up
-    near = np.flatnonzero(
-        (along > left - REACH - hidden[0])
-        & (along < right + REACH + hidden[1])
-        & (up > bottom - REACH - hidden[2])
-        & (up < top + REACH + hidden[3])
+    reach = np.array(
+        [left - REACH - hidden[0], right + REACH + hidden[1], bottom - REACH - hidden[2], top + REACH + hidden[3]]
     )
-    along, up = along[near].astype(np.float64), up[near].astype(np.float64)
+    near = within(image.along, image.up, reach.astype(np.float32))
+    along, up = image.along[near].astype(np.float64), image.up[near].astype(np.float64)
     depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
     tall = (up > bottom + MARGIN) & (up < top - MARGIN)
     wide = (along > left + MARGIN) & (along < right - MARGIN)

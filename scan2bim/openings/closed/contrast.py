@@ -46,25 +46,15 @@ class Contrast:
     noise: NDArray[np.float64]
 
 
-def upright_contrast(image: Orthoimage) -> Contrast:
-    """Across upright lines: b counts upwards, c along the wall."""
-    return _contrast(_own(image), image.rgb, image.depth)
+def contrasts(image: Orthoimage) -> tuple[Contrast, Contrast]:
+    """Across upright lines, b counting upwards and c along the wall, and across level lines, b counting along it."""
+    upright, level = _blocks(image.count, image.rgb, image.depth)
+    return _contrast(upright), _contrast(level)
 
 
-def level_contrast(image: Orthoimage) -> Contrast:
-    """Across level lines: b counts along the wall, c upwards."""
-    return _contrast(_own(image).T, image.rgb.transpose(1, 0, 2), image.depth.T)
-
-
-def _own(image: Orthoimage) -> NDArray[np.bool_]:
-    """Where the wall was measured, or what is set in it, and nothing that stands before it."""
-    return (image.count > 0) & (image.depth < PROUD)
-
-
-def _contrast(measured: NDArray[np.bool_], rgb: F32, depth: F32) -> Contrast:
-    """For lines along the first axis."""
-    sums = _blocks(measured, rgb, depth)
-    step, ridge, known = _steps(sums, max(LEAST, SPARSE * STRIP * _usual(sums[:, :, 4])))
+def _contrast(sums: F32) -> Contrast:
+    """For lines along the first axis, from the sums of their pieces."""
+    step, ridge, known = _steps(sums, max(LEAST, SPARSE * STRIP * _usual(sums)))
     noise = np.array(FLOORS)
     if known.shape[1]:
         noise = np.maximum(noise, 1.4826 * np.median(known, axis=1))  # robust: most lie within one surface
@@ -72,29 +62,40 @@ def _contrast(measured: NDArray[np.bool_], rgb: F32, depth: F32) -> Contrast:
     return Contrast(step, ridge, noise)
 
 
-def _usual(counts: F32) -> float:
-    """Measured pixels of a column's piece where any was measured; 0 where none was."""
-    some = counts[counts > 0]
-    return float(np.median(some)) if len(some) else 0.0
+@nb.njit(cache=True, nogil=True)
+def _usual(sums):  # pyright: ignore
+    """Measured pixels of a column's piece where any was measured, the median; 0 where none was."""
+    pieces = np.zeros(BLOCK + 1, np.int64)
+    for b in range(sums.shape[0]):
+        for c in range(sums.shape[1]):
+            pieces[int(sums[b, c, 4])] += 1
+    below = np.cumsum(pieces[1:])
+    if below[-1] == 0:
+        return 0.0
+    low, high = np.searchsorted(below, (below[-1] + 1) // 2), np.searchsorted(below, below[-1] // 2 + 1)
+    return (low + high) / 2 + 1
 
 
 @nb.njit(cache=True, nogil=True)
-def _blocks(measured, rgb, depth):  # pyright: ignore
-    """Sums (b, c, 5) of colour, depth and 1 over the measured ones of each BLOCK pixels of the first axis; the last
-    piece may be shorter.
+def _blocks(count, rgb, depth):  # pyright: ignore
+    """Sums (b, c, 5) of colour, depth and 1 over each BLOCK pixels of a column, and (b, r, 5) of a row, of what was
+    measured of the wall or is set in it, not of what stands before it; the last piece may be shorter.
     """
-    rows, cols = measured.shape
-    sums = np.zeros((max((rows + BLOCK - 1) // BLOCK, 1), cols, 5), np.float32)
+    rows, cols = depth.shape
+    upright = np.zeros((max((rows + BLOCK - 1) // BLOCK, 1), cols, 5), np.float32)
+    level = np.zeros((max((cols + BLOCK - 1) // BLOCK, 1), rows, 5), np.float32)
+    proud = np.float32(PROUD)
     for r in range(rows):
         b = r // BLOCK
         for c in range(cols):
-            if measured[r, c]:
-                sums[b, c, 0] += rgb[r, c, 0]
-                sums[b, c, 1] += rgb[r, c, 1]
-                sums[b, c, 2] += rgb[r, c, 2]
-                sums[b, c, 3] += depth[r, c]
-                sums[b, c, 4] += np.float32(1)
-    return sums
+            if count[r, c] > 0 and depth[r, c] < proud:
+                for sums in (upright[b, c], level[c // BLOCK, r]):
+                    sums[0] += rgb[r, c, 0]
+                    sums[1] += rgb[r, c, 1]
+                    sums[2] += rgb[r, c, 2]
+                    sums[3] += depth[r, c]
+                    sums[4] += np.float32(1)
+    return upright, level
 
 
 @nb.njit(cache=True, nogil=True)

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, SIGNIFICANT, Contrast
 
-NEIGHBOURS = 1
-"""Pixels by which a line may be off: a scan's step blurs an edge."""
 LEAST_SEEN = 0.15
 """Share of a line that must be seen to tell anything of it: furniture hides most of some doors' sides."""
 I64 = NDArray[np.int64]
@@ -106,23 +104,24 @@ def support_of(contrast: Contrast) -> Support:
 
 @nb.njit(cache=True, nogil=True)
 def _cumulated(step, ridge):  # pyright: ignore
-    """Rising, falling and seen pieces of a ``Support``."""
+    """Rising, falling and seen pieces of a ``Support``; a line may be off by a pixel: a scan blurs edges."""
     pieces, places, channels = step.shape
     rising = np.zeros((2 * channels, pieces + 1, places), np.int16)
     falling = np.zeros((2 * channels, pieces + 1, places), np.int16)
     seen = np.zeros((pieces + 1, places), np.int16)
+    up, down = np.empty(places + 2, np.int16), np.empty(places + 2, np.int16)  # one more on both sides
+    up[0], down[0], up[-1], down[-1] = 0, 0, 0, 0
     for b in range(pieces):
         for c in range(places):
-            known = not np.isnan(step[b, c, channels - 1])
-            seen[b + 1, c] = seen[b, c] + known
-            for k in range(2 * channels):
-                up, down = False, False
-                for n in range(max(c - NEIGHBOURS, 0), min(c + NEIGHBOURS + 1, places)) if known else range(0):
-                    value = step[b, n, k] if k < channels else ridge[b, n, k - channels]
-                    up |= value > SIGNIFICANT
-                    down |= value < -SIGNIFICANT
-                rising[k, b + 1, c] = rising[k, b, c] + up
-                falling[k, b + 1, c] = falling[k, b, c] + down
+            seen[b + 1, c] = seen[b, c] + (not np.isnan(step[b, c, channels - 1]))
+        for k in range(2 * channels):
+            values = step[b, :, k] if k < channels else ridge[b, :, k - channels]
+            for c in range(places):
+                up[c + 1], down[c + 1] = values[c] > SIGNIFICANT, values[c] < -SIGNIFICANT
+            for c in range(places):
+                known = seen[b + 1, c] - seen[b, c]
+                rising[k, b + 1, c] = rising[k, b, c] + (known & (up[c] | up[c + 1] | up[c + 2]))
+                falling[k, b + 1, c] = falling[k, b, c] + (known & (down[c] | down[c + 1] | down[c + 2]))
     return rising, falling, seen
 
 
@@ -132,13 +131,29 @@ def find_lines(support: Support, contrast: Contrast, first: int, last: int, leas
     """
     places = np.arange(support.places)
     share, seen = support.share(places, np.full(len(places), first), np.full(len(places), last))
-    values = np.concatenate([contrast.step[first:last], contrast.ridge[first:last]], 2)
-    with np.errstate(invalid="ignore"):
-        strength = np.abs(np.nansum(values, 0)).max(1) / max(last - first, 1)
+    strength = _strength(contrast.step[first:last], contrast.ridge[first:last]) / max(last - first, 1)
     score = np.where((share >= least) & (seen > LEAST_SEEN), share + 0.1 * strength, 0)
     padded = np.pad(score, apart)
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * apart + 1).max(1)
     return middles(np.flatnonzero((score > 0) & (score >= window)))
+
+
+@nb.njit(cache=True, nogil=True)
+def _strength(step, ridge):  # pyright: ignore
+    """The greatest sum of known contrasts, of all kinds, along each line (c,)."""
+    pieces, places, channels = step.shape
+    most, total = np.zeros(places, np.float32), np.zeros((places, 2 * channels), np.float32)
+    for b in range(pieces):
+        for c in range(places):
+            for k in range(channels):
+                if not np.isnan(step[b, c, k]):
+                    total[c, k] += step[b, c, k]
+                if not np.isnan(ridge[b, c, k]):
+                    total[c, channels + k] += ridge[b, c, k]
+    for c in range(places):
+        for k in range(2 * channels):
+            most[c] = max(most[c], abs(total[c, k]))
+    return most
 
 
 def middles(places: I64) -> I64:

@@ -13,7 +13,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.closed.contrast import BLOCK, Contrast, level_contrast, upright_contrast
+from scan2bim.openings.closed.contrast import BLOCK, Contrast, contrasts
 from scan2bim.openings.closed.lines import Support, find_lines, support_of
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
@@ -84,7 +84,7 @@ class Rectangle:
 
 def face_of(image: Orthoimage) -> Face:
     """A face's contrasts and their support."""
-    upright, level = upright_contrast(image), level_contrast(image)
+    upright, level = contrasts(image)
     return Face(image, upright, level, support_of(upright), support_of(level))
 
 
