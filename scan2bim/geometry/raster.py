@@ -26,10 +26,14 @@ def _morphed(mask: Mask, operation: int, size: int, rows: int | None) -> Mask:
 
 def nearest_of(known: NDArray[np.bool_]) -> NDArray[np.int64]:
     """For each pixel of ``known`` (r, c) the flat index of the nearest marked one. At least one must be marked."""
-    _, labels = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    label = np.asarray(labels, np.int64)
+    label = nearest_labels(known).astype(np.int64)
     index = np.zeros(int(label.max()) + 1, np.int64)
     index[label[known]] = np.flatnonzero(known)
     return index[label]
+
+
+def nearest_labels(known: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """A number for each marked pixel of ``known`` (r, c), and for each other that of the nearest marked one."""
+    away = (~known).view(np.uint8)
+    _, labels = cv2.distanceTransformWithLabels(away, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    return np.asarray(labels, np.int32)

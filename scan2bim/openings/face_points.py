@@ -5,7 +5,6 @@ Each pass over the points is one compiled loop: a building has far more points t
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -116,17 +115,17 @@ def level(points: FacePoints, breaks: Sequence[float]) -> None:
     """Make the depths distances to the plane fitted to the face's own points, each station's small offset taken off;
     between two ``breaks`` (metres along) the face has a plane of its own. In place.
     """
-    ends = np.array([-np.inf, *breaks, np.inf])
-    for low, high in itertools.pairwise(ends.tolist()):
-        near, wide = _counted(points.along, points.depth, low, high)
-        band = ON_PLANE
-        if near < 0.2 * wide:
-            near, band = wide, OFF_PLANE
-        if near < LEAST:
-            continue
-        rows = _some(points.along, points.depth, low, high, np.float32(band), max(1, near // ENOUGH))
-        plane = _plane(points.along[rows], points.up[rows], points.depth[rows])
-        _flatten(points.along, points.up, points.depth, points.slot, points.slots, low, high, plane)
+    part = np.searchsorted(np.array(breaks, np.float64), points.along).astype(np.int32)
+    near, wide = _counted(part, points.depth, len(breaks) + 1)
+    off = near < 0.2 * wide
+    used = np.where(off, wide, near)
+    band = np.where(off, OFF_PLANE, ON_PLANE).astype(np.float32)
+    rows, ends = _some(part, points.depth, band, np.maximum(1, used // ENOUGH), used)
+    planes = np.full((len(used), 3), np.nan)
+    for k in np.flatnonzero(used >= LEAST).tolist():
+        at = rows[ends[k] : ends[k + 1]]
+        planes[k] = _plane(points.along[at], points.up[at], points.depth[at])
+    _flatten(points.along, points.up, points.depth, points.slot, points.slots, part, planes)
 
 
 def _plane(along: F32, up: F32, depth: F32) -> F64:
@@ -149,31 +148,35 @@ def _mode(depth: F32) -> float:
 
 
 @nb.njit(cache=True, nogil=True)
-def _counted(along, depth, low, high):  # pyright: ignore
-    """Points between two places that lie near the face, and within OFF_PLANE of it."""
-    near = 0
-    wide = 0
-    for i in range(along.shape[0]):
-        if low < along[i] <= high:
-            away = abs(depth[i])
-            near += away < np.float32(ON_PLANE)
-            wide += away < np.float32(OFF_PLANE)
+def _counted(part, depth, parts):  # pyright: ignore
+    """Points of each part of a face (p,) that lie near it, and within OFF_PLANE of it."""
+    near, wide = np.zeros(parts, np.int64), np.zeros(parts, np.int64)
+    for i in range(part.shape[0]):
+        away = abs(depth[i])
+        near[part[i]] += away < np.float32(ON_PLANE)
+        wide[part[i]] += away < np.float32(OFF_PLANE)
     return near, wide
 
 
 @nb.njit(cache=True, nogil=True)
-def _some(along, depth, low, high, band, step):  # pyright: ignore
-    """Every ``step``-th of the points between two places within ``band`` of the face."""
-    rows = np.empty(along.shape[0] // step + 1, np.int64)
-    used = 0
-    seen = 0
-    for i in range(along.shape[0]):
-        if low < along[i] <= high and abs(depth[i]) < band:
-            if seen % step == 0:
-                rows[used] = i
-                used += 1
-            seen += 1
-    return rows[:used]
+def _some(part, depth, band, step, count):  # pyright: ignore
+    """Every ``step``-th (p,) of the ``count`` points (p,) of each part within its ``band`` (p,) of the face: rows (m,)
+    and where those of each part begin (p + 1,).
+    """
+    parts = len(band)
+    ends = np.zeros(parts + 1, np.int64)
+    for k in range(parts):
+        ends[k + 1] = ends[k] + (count[k] + step[k] - 1) // step[k]
+    rows = np.empty(ends[-1], np.int64)
+    at, seen = ends[:-1].copy(), np.zeros(parts, np.int64)
+    for i in range(part.shape[0]):
+        k = part[i]
+        if abs(depth[i]) < band[k]:
+            if seen[k] % step[k] == 0:
+                rows[at[k]] = i
+                at[k] += 1
+            seen[k] += 1
+    return rows, ends
 
 
 @nb.njit(cache=True, nogil=True)
@@ -200,29 +203,37 @@ def _equations(along, up, depth, plane, band):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
-def _flatten(along, up, depth, slot, slots, low, high, plane):  # pyright: ignore
-    """Take a plane, and each station's median distance to it, off the depths between two places."""
+def _flatten(along, up, depth, slot, slots, part, planes):  # pyright: ignore
+    """Take the plane of its part (p, 3), and its station's median distance to that, off each depth; nan for none."""
     bins = int(2 * CLOSE / FINE)
-    counts = np.zeros((slots, bins), np.int32)
+    counts = np.zeros((planes.shape[0], slots, bins), np.int32)
     for i in range(along.shape[0]):
-        if low < along[i] <= high:
-            depth[i] = depth[i] - (plane[0] + along[i] * plane[1] + up[i] * plane[2])
+        k = part[i]
+        if not np.isnan(planes[k, 0]):
+            depth[i] = depth[i] - (planes[k, 0] + along[i] * planes[k, 1] + up[i] * planes[k, 2])
             if abs(depth[i]) < CLOSE:
-                counts[slot[i], min(int((depth[i] + CLOSE) / FINE), bins - 1)] += 1
-    offset = np.zeros(slots, np.float32)
-    for s in range(slots):
-        total = counts[s].sum()
-        if total > FEWEST:
-            below = 0
-            k = 0
-            while below + counts[s, k] < total / 2:
-                below += counts[s, k]
-                k += 1
-            median = (k + (total / 2 - below) / counts[s, k]) * FINE - CLOSE
-            offset[s] = min(max(median, -WORST_OFFSET), WORST_OFFSET)
+                counts[k, slot[i], min(int((depth[i] + CLOSE) / FINE), bins - 1)] += 1
+    offset = np.zeros((planes.shape[0], slots), np.float32)
+    for k in range(planes.shape[0]):
+        for s in range(slots):
+            offset[k, s] = _offset(counts[k, s])
     for i in range(along.shape[0]):
-        if low < along[i] <= high:
-            depth[i] -= offset[slot[i]]
+        depth[i] -= offset[part[i], slot[i]]
+
+
+@nb.njit(cache=True, nogil=True)
+def _offset(counts):  # pyright: ignore
+    """The median of a histogram of distances (n,), metres, as far as it is an error of registration."""
+    total = counts.sum()
+    if total <= FEWEST:
+        return 0.0
+    below = 0
+    k = 0
+    while below + counts[k] < total / 2:
+        below += counts[k]
+        k += 1
+    median = (k + (total / 2 - below) / counts[k]) * FINE - CLOSE
+    return min(max(median, -WORST_OFFSET), WORST_OFFSET)
 
 
 def equalised(points: FacePoints) -> F32:
@@ -304,22 +315,24 @@ def _gains(cell, slot, weight, means, slots):  # pyright: ignore
 def splat(along, up, depth, rgb, slot, colours, shape, scale):  # pyright: ignore
     """Points a pixel (r, c), and means of their red, green and blue (r, c, 3) and of their depth (r, c)."""
     rows, cols = shape
+    sums = np.zeros((rows, cols, 4), np.float32)  # side by side: each point goes to one place in memory
     count = np.zeros(shape, np.int32)
-    mean = np.zeros((rows, cols, 3), np.float32)
-    deep = np.zeros(shape, np.float32)
     for i in range(along.shape[0]):
         r = int(np.floor(up[i] * scale))
         c = int(np.floor(along[i] * scale))
         if r < 0 or r >= rows or c < 0 or c >= cols:
             continue
         count[r, c] += 1
-        for k in range(3):
-            mean[r, c, k] += colours[slot[i], k, rgb[i, k]]
-        deep[r, c] += depth[i]
+        here, colour, value = sums[r, c], colours[slot[i]], rgb[i]
+        here[0] += colour[0, value[0]]
+        here[1] += colour[1, value[1]]
+        here[2] += colour[2, value[2]]
+        here[3] += depth[i]
+    mean, deep = np.empty((rows, cols, 3), np.float32), np.empty(shape, np.float32)
     for r in range(rows):
         for c in range(cols):
-            if count[r, c] > 1:
-                for k in range(3):
-                    mean[r, c, k] /= count[r, c]
-                deep[r, c] /= count[r, c]
+            n = max(count[r, c], 1)
+            for k in range(3):
+                mean[r, c, k] = sums[r, c, k] / n
+            deep[r, c] = sums[r, c, 3] / n
     return count, mean, deep

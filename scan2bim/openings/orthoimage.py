@@ -17,7 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, seen_through
-from scan2bim.geometry.raster import nearest_of
+from scan2bim.geometry.raster import nearest_labels
 from scan2bim.openings.face_points import LEAST, NEAREST, STEEPEST, FacePoints, equalised, level, seen_from, splat
 from scan2bim.openings.near_points import BAND, WallPoints
 from scan2bim.structure.shapes import SpaceShape, WallShape
@@ -126,19 +126,24 @@ def _fill(count: NDArray[np.int32], rgb: F32, depth: F32) -> NDArray[np.bool_]:
     measured = count > 0
     if not measured.any():
         return measured
-    return _taken(nearest_of(measured), rgb, depth, (FILL / PIXEL) ** 2 + 1e-6)
+    return _taken(measured, nearest_labels(measured), rgb, depth, (FILL / PIXEL) ** 2 + 1e-6)
 
 
 @nb.njit(cache=True, nogil=True)
-def _taken(source, rgb, depth, farthest):  # pyright: ignore
-    """Values from the pixels ``source`` (r, c), flat, in place; and whether these are near: squared pixels."""
-    rows, cols = source.shape
-    known = np.empty(source.shape, np.bool_)
+def _taken(measured, labels, rgb, depth, farthest):  # pyright: ignore
+    """Values from the measured pixel of each label (r, c), in place; and whether it is near: squared pixels."""
+    rows, cols = labels.shape
+    source = np.zeros((labels.max() + 1, 2), np.int32)
     for r in range(rows):
         for c in range(cols):
-            row, col = source[r, c] // cols, source[r, c] % cols
-            known[r, c] = (row - r) ** 2 + (col - c) ** 2 <= farthest
-            if row != r or col != c:
+            if measured[r, c]:
+                source[labels[r, c], 0], source[labels[r, c], 1] = r, c
+    known = measured.copy()
+    for r in range(rows):
+        for c in range(cols):
+            if not measured[r, c]:
+                row, col = source[labels[r, c]]
+                known[r, c] = (row - r) ** 2 + (col - c) ** 2 <= farthest
                 rgb[r, c, 0], rgb[r, c, 1], rgb[r, c, 2] = rgb[row, col, 0], rgb[row, col, 1], rgb[row, col, 2]
                 depth[r, c] = depth[row, col]
     return known
