@@ -11,7 +11,7 @@ from pathlib import Path
 from scan2bim.scans import Scan, ScanSet
 from scan2bim.stages import READ, Stage
 
-READ_NANOSECONDS = {".laz": 1000.0, ".las": 220.0, ".ply": 220.0, ".pcd": 220.0, ".e57": 340.0}
+READ_NANOSECONDS = {".laz": 1000.0, ".las": 220.0, ".ply": 220.0, ".pcd": 220.0, ".e57": 80.0}
 """CPU to read a point by format; text formats take about as much as the rest together."""
 TEXT_NANOSECONDS = 500.0
 BASE_MEMORY = 500e6

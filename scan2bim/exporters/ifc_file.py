@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import ifcopenshell
@@ -19,6 +20,12 @@ LABEL = 255
 
 COORDINATE_DIGITS = 6
 """Coordinates are written to the micrometre: far below any scanner, and free of the noise of the last float digits."""
+
+
+@cache
+def _places(version: Version, ifc_class: str) -> dict[str, int]:
+    """Places of a class's attributes by name."""
+    return {name: place for place, name in enumerate(attributes(version, ifc_class))}
 
 
 class IfcFile:
@@ -37,15 +44,32 @@ class IfcFile:
         """A new entity with its attributes in the schema's order; those that the version lacks are left out."""
         if self.dialect.old:
             values = values[: len(attributes(self.dialect.version, ifc_class))]
-        return self.file.create_entity(ifc_class, *values)
+        return self._create(ifc_class, enumerate(values))
 
     def root(self, ifc_class: str, key: str, name: str | None = None, **values: Any) -> Entity:
         """A new entity with a GlobalId made from the key: an element's id, or words that say what relates what."""
         ifc_class, values = self.dialect.entity(ifc_class, values)
         if self.dialect.old:
             values["OwnerHistory"] = self._owner()
-        entity = self.file.create_entity(ifc_class, GlobalId=self._guid(key), Name=label(name), **values)
+        places = _places(self.dialect.version, ifc_class)
+        told = {"GlobalId": self._guid(key), "Name": label(name), **values}
+        entity = self._create(ifc_class, ((places[attribute], value) for attribute, value in told.items()))
         self._made.setdefault(key, entity)
+        return entity
+
+    def _create(self, ifc_class: str, values: Iterable[tuple[int, Any]]) -> Entity:
+        """A new entity with the attributes at some places; without the library's book-keeping for undoing, which takes
+        most of its time, where its own calls can be reached.
+        """
+        known = [(place, value) for place, value in values if value is not None]
+        create = getattr(self.file, "create", None)
+        entity = create(ifc_class, -1) if create else None
+        put = getattr(entity, "set_attribute_value_py", None)
+        if entity is None or put is None:
+            entity = self.file.create_entity(ifc_class) if entity is None else entity
+            put = entity.__setitem__
+        for place, value in known:
+            put(place, value)
         return entity
 
     def made(self, key: str) -> Entity | None:

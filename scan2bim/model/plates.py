@@ -115,6 +115,8 @@ def _covered(
 
     rest: BaseGeometry = shapely.union_all(list(areas))
     for name, plate in plates:
+        if _apart(rest, plate.outline):
+            continue
         outline = shapely.union_all(valid_areas(plate.outline, plate.holes))
         external = isinstance(plate, Slab) and plate.use != "FLOOR"
         for part in _parts(shapely.intersection(rest, outline, grid_size=SNAP)):
@@ -132,7 +134,7 @@ def _divided(
 
     rest: BaseGeometry = part
     for space in spaces:
-        if space.id == own:
+        if space.id == own or _apart(rest, space.outline):
             continue
         behind = shapely.union_all(valid_areas(space.outline, space.holes))
         shared = list(_parts(shapely.intersection(rest, behind, grid_size=SNAP)))
@@ -142,6 +144,13 @@ def _divided(
             rest = shapely.difference(rest, shapely.union_all(shared), grid_size=SNAP)
     for piece in _parts(rest):
         yield LevelPatch(piece, z, up, element, None, external if external else None)
+
+
+def _apart(shape: BaseGeometry, outline: Ring) -> bool:
+    """Whether the boxes round a shape and an outline have nothing in common: there are far more such than others."""
+    left, bottom, right, top = shape.bounds
+    xs, ys = zip(*outline, strict=True)
+    return bool(max(xs) < left or min(xs) > right or max(ys) < bottom or min(ys) > top)
 
 
 def _parts(shape: BaseGeometry) -> Iterator[Polygon]:
