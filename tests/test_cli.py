@@ -159,7 +159,7 @@ def test_dry_run_tells_and_writes_nothing(run: Run, scans: Path, tmp_path: Path)
     assert "of memory" in out
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scans"]
     code, out, _ = run("convert", scans, "-o", tmp_path / "a.json", "--dry-run", "--json")
-    assert json.loads(out)["stages"][1] == {"stage": "read", "to_run": 3, "kept": 0, "seconds": pytest.approx(2.0)}
+    assert json.loads(out)["stages"][1] == {"stage": "read", "to_run": 3, "kept": 0, "seconds": pytest.approx(0.5)}
 
 
 def test_coordinates_and_settings_reach_the_stages(run: Run, scans: Path, tmp_path: Path) -> None:
