@@ -26,6 +26,10 @@ FAKE_CLI = Path(fake_stages.__file__)
 Run = Callable[..., tuple[int, str, str]]
 
 
+def _ignore(number: int, handler: object) -> None:
+    """Takes the place of ``signal.signal``."""
+
+
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Runs the command line in this process, with fake stages; gives exit code, stdout and stderr."""
@@ -37,7 +41,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
             monkeypatch.setattr(target, name, value)
 
     fake_stages.install(put)
-    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(signal, "signal", _ignore)
 
     def call(*arguments: object) -> tuple[int, str, str]:
         code = cli.main([str(argument) for argument in arguments])
