@@ -34,7 +34,7 @@ class Topic:
     label: str
     guids: tuple[str, ...]
     box: F64
-    snapshot: bytes | None
+    snapshot: bytes
 
 
 def write_bcf(topics: Sequence[Topic], path: Path, project: str, date: str) -> None:
@@ -53,8 +53,7 @@ def write_bcf(topics: Sequence[Topic], path: Path, project: str, date: str) -> N
             view = _uuid(project + topic.key + "view")
             _add(file, f"{folder}/markup.bcf", _markup(topic, folder, view, number, date))
             _add(file, f"{folder}/{view}.bcfv", _viewpoint(topic, view))
-            if topic.snapshot is not None:
-                file.writestr(zipfile.ZipInfo(f"{folder}/{view}.png", DATE), topic.snapshot)
+            file.writestr(zipfile.ZipInfo(f"{folder}/{view}.png", DATE), topic.snapshot)
 
 
 def _add(file: zipfile.ZipFile, name: str, text: str) -> None:
@@ -78,14 +77,14 @@ def _extensions() -> str:
 
 
 def _markup(topic: Topic, guid: str, view: str, number: int, date: str) -> str:
-    snapshot = f"<Snapshot>{view}.png</Snapshot>" if topic.snapshot is not None else ""
     return (
         f'<Markup><Topic Guid="{guid}" TopicType="{TYPE}" TopicStatus="Open">'
         f"<Title>{escape(topic.title)}</Title><Priority>Major</Priority><Index>{number}</Index>"
         f"<Labels><Label>{escape(topic.label)}</Label></Labels>"
         f"<CreationDate>{date}</CreationDate><CreationAuthor>{AUTHOR}</CreationAuthor>"
         f"<Description>{escape(topic.description)}</Description>"
-        f'<Viewpoints><ViewPoint Guid="{view}"><Viewpoint>{view}.bcfv</Viewpoint>{snapshot}</ViewPoint></Viewpoints>'
+        f'<Viewpoints><ViewPoint Guid="{view}"><Viewpoint>{view}.bcfv</Viewpoint><Snapshot>{view}.png</Snapshot>'
+        "</ViewPoint></Viewpoints>"
         "</Topic></Markup>"
     )
 

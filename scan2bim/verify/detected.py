@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scan2bim.model.elements import Building, Door
 from scan2bim.model.queries import opening_corners, openings_of
+from scan2bim.verify.hanging import Hanging, built_hanging
 
 F64 = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ class Detected:
     height: float
     confidence: float
     state: Literal["open", "ajar", "closed", "unknown"]
+    hanging: Hanging | None = None
 
 
 def detected_openings(building: Building | None) -> tuple[Detected, ...]:
@@ -43,5 +45,7 @@ def detected_openings(building: Building | None) -> tuple[Detected, ...]:
         sure = (fill or hosted.opening).confidence
         middle, height = corners.mean(axis=0), float(np.ptp(corners[:, 2]))
         identifier = (fill or hosted.opening).id
-        out.append(Detected(identifier, kind, middle, edge / length, length, height, sure, state))
+        along = edge / length
+        hanging = built_hanging(fill, along) if isinstance(fill, Door) else None
+        out.append(Detected(identifier, kind, middle, along, length, height, sure, state, hanging))
     return tuple(out)

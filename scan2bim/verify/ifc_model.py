@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from scan2bim.errors import InputError
 from scan2bim.ifcfile import open_ifc
+from scan2bim.verify.hanging import Hanging, drawn_hanging
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -41,7 +42,7 @@ class ModelElement:
     vertices (v, 3) float64 metres in the model's world axes; triangles (t, 3) int32; glass (t,) bool. role: "compared",
     "context" (explains points, is not judged), "fill" (door or window), "opening" or "patch" (the wall's surface across
     its opening). host: for a fill its opening, for an opening its wall, as GlobalId. storey: name of the one that holds
-    it.
+    it. hanging: of a door, as its operation tells.
     """
 
     guid: str
@@ -53,9 +54,7 @@ class ModelElement:
     triangles: I32
     glass: NDArray[np.bool_]
     host: str | None = None
-    operation: str | None = None
-    width: float | None = None
-    height: float | None = None
+    hanging: Hanging | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +119,6 @@ def read_model(path: Path) -> IfcModel:
 def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[ModelElement]:
     openings = {r.RelatedOpeningElement.GlobalId: r.RelatingBuildingElement for r in file.by_type("IfcRelVoidsElement")}
     fills = {r.RelatedBuildingElement.GlobalId: r.RelatingOpeningElement for r in file.by_type("IfcRelFillsElement")}
-    scale = unit_util.calculate_unit_scale(file)
     for guid, vertices, triangles, glass in _bodies(file, products):
         product = file.by_guid(guid)
         host = openings.get(guid) or fills.get(guid)
@@ -134,9 +132,7 @@ def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[Mode
             triangles=triangles,
             glass=glass,
             host=None if host is None else host.GlobalId,
-            operation=_operation(product),
-            width=_length(product, "OverallWidth", scale),
-            height=_length(product, "OverallHeight", scale),
+            hanging=drawn_hanging(product, _operation(product)),
         )
 
 
@@ -229,11 +225,6 @@ def _operation(product: Any) -> str | None:
         if value and value != "NOTDEFINED":
             return str(value)
     return None
-
-
-def _length(product: Any, attribute: str, scale: float) -> float | None:
-    value = getattr(product, attribute, None)
-    return float(value) * scale if isinstance(value, int | float) and value > 0 else None
 
 
 def conversion_of(file: ifcopenshell.file) -> MapConversion | None:

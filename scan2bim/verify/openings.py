@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
+from scan2bim.verify.hanging import difference
 from scan2bim.verify.ifc_model import ModelElement
 from scan2bim.verify.jambs import Change, built_face, detected_change, outline_change
 from scan2bim.verify.outlines import Outline, Profiles, find_outline
@@ -21,7 +22,7 @@ from scan2bim.verify.visibility import BLOCKED, LOOKED_THROUGH, SAW, VISIBLE
 
 F64 = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Finding = Literal["matched", "moved", "resized", "missing", "walled_up", "unseen"]
+Finding = Literal["matched", "moved", "resized", "other_swing", "walled_up", "unseen"]
 
 FLUSH = 0.006
 """Metres from the wall's face within which a surface in an opening continues the wall: noise of a cell's mean and
@@ -145,7 +146,10 @@ def _judge(
     aside = None if found is None else float((found.middle[:2] - gap.middle[:2]) @ gap.along)
     change = outline_change(outline, tolerance, aside) if outline else detected_change(gap, found)
     finding = _finding([side for side in sides if side.seen >= SEEN], found, change, element)
-    told = finding in ("moved", "resized", "matched")
+    otherwise = _hung_otherwise(gap, found)
+    if finding == "matched" and otherwise:
+        finding = "other_swing"
+    told = finding in ("moved", "resized", "matched", "other_swing")
     up = None if found is None else float(found.middle[2] - found.height / 2 - (gap.middle[2] - gap.height / 2))
     opening = OpeningResult(
         finding=finding,
@@ -155,8 +159,11 @@ def _judge(
         width_change=None if change.width is None or not told else round(change.width, 4),
         height_change=None if found is None or not told else round(found.height - gap.height, 4),
         built_state=_state(found),
+        other_swing=told and bool(otherwise),
     )
     status, reason = _status(opening, sides)
+    if opening.other_swing:
+        reason += f" Its leaf {otherwise}."
     return _result(element, tolerance, status, reason, opening)
 
 
@@ -187,6 +194,13 @@ def _finding(
     if found is not None or any(side.deeper + side.through >= OPEN for side in speaking):
         return "matched"
     return "unseen"
+
+
+def _hung_otherwise(gap: Gap, found: Detected | None) -> str:
+    """In words how an open door's leaf hangs otherwise than drawn, empty where it does not or was not seen."""
+    if found is None or found.confidence < SURE:
+        return ""
+    return difference(gap.hanging, found.hanging)
 
 
 def _sides(context: OpeningContext, number: int) -> list[Side]:
@@ -230,8 +244,9 @@ def _status(opening: OpeningResult, sides: Sequence[Side]) -> tuple[Status, str]
             return "out_of_tolerance", f"It was built {1000 * abs(opening.shift_along or 0):.0f} mm aside."
         case "resized":
             return "out_of_tolerance", f"It was built {1000 * (opening.width_change or 0):+.0f} mm wider than drawn."
-        case "matched":
-            return "in_tolerance", "The scans show it where it is drawn."
+        case "matched" | "other_swing":
+            status: Status = "out_of_tolerance" if opening.other_swing else "in_tolerance"
+            return status, "The scans show it where it is drawn."
         case _:
             blocked = max((side.blocked for side in sides), default=0.0)
             if blocked > 0.3:
@@ -258,6 +273,5 @@ def placed_gap(gap: Gap, matrix: F64, anchor: F64) -> Gap:
     """In the local frame, by the placing of the anchored model."""
     middle = matrix[:3, :3] @ (gap.middle - anchor) + matrix[:3, 3]
     along = matrix[:2, :2] @ gap.along
-    return Gap(
-        gap.guid, gap.host, gap.fill, middle, along / math.hypot(*along), gap.width, gap.height, gap.low, gap.high
-    )
+    hanging = None if gap.hanging is None else gap.hanging.turned(matrix[:2, :2])
+    return replace(gap, middle=middle, along=along / math.hypot(*along), hanging=hanging)

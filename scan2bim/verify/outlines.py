@@ -147,24 +147,27 @@ def find_outline(profiles: Profiles, number: int, faces: tuple[F64, F64], seeds:
     if not seen.any():
         return None
     dense = np.array([DENSE * np.median(face[face > 0]) for face in on[seen]])
-    walls = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1) >= dense[:, None]
+    smooth = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1)
+    walls = smooth >= dense[:, None]
     within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
     inside = (image * within).sum(axis=1).astype(np.float64)
-    found = [_outline(walls, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
+    # A frame near a face has points on that face, too, but more inside the wall: a wall has none there.
+    solid = walls.all(axis=0) & (uniform_filter1d(inside, SMOOTH) < smooth.sum(axis=0))
+    found = [_outline(walls, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
     return max((o for o in found if o is not None), key=lambda o: o.weight, default=None)
 
 
-def _outline(walls: Mask, inside: F64, seed: int, width: float) -> Outline | None:
+def _outline(walls: Mask, solid: Mask, inside: F64, seed: int, width: float) -> Outline | None:
     """The stretch of bins round a seed that most speaks for, with its sides; walls (f, n) bins with wall on each face
-    that was seen, inside (n,) points inside it.
+    that was seen, solid (n,) those with wall on all of them and nothing inside, inside (n,) points inside it.
     """
     wall = np.asarray(walls.any(axis=0))
     if not 0 < seed < len(wall) or wall[seed]:
         return None
     speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))
     (to_left, left), (to_right, right) = (_most(np.cumsum(part)) for part in (speaks[:seed][::-1], speaks[seed:]))
-    start = _side(walls[:, ::-1], inside[::-1], len(wall) - seed + to_left, width)
-    end = _side(walls, inside, seed + to_right, width)
+    start = _side(wall[::-1], solid[::-1], inside[::-1], len(wall) - seed + to_left, width)
+    end = _side(wall, solid, inside, seed + to_right, width)
     return Outline(start, end, left + right) if start and end else None
 
 
@@ -176,16 +179,16 @@ def _most(sums: F64) -> tuple[int, float]:
     return best + 1, float(sums[best])
 
 
-def _side(walls: Mask, inside: F64, place: int, width: float) -> Side | None:
+def _side(wall: Mask, solid: Mask, inside: F64, place: int, width: float) -> Side | None:
     """The side at the end of an opening: ``place`` is the first bin of the wall behind it. None without such wall."""
     strip = round(STRIP / BIN)
-    if walls[:, place : place + strip].any(axis=0).sum() < strip // 2:
+    if wall[place : place + strip].sum() < strip // 2:
         return None
     drawn = len(inside) / 2 + width / 2 / BIN
     reveal = place + round(ON / BIN)  # near the faces a reveal's points lie on them, too
     mass = np.cumsum(inside[max(place - strip, 0) : reveal][::-1])
     begin = int(np.searchsorted(mass, INSIDE * mass[-1])) if len(mass) and mass[-1] >= LEAST else reveal - place
-    built = _unbroken(np.asarray(walls[:, : round(drawn)].all(axis=0))[::-1])
+    built = _unbroken(solid[: round(drawn)][::-1])
     hollow = float(inside[round(drawn + ON / BIN) : reveal].sum()) >= LEAST
     return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow)
 

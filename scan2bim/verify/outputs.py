@@ -14,7 +14,7 @@ from scan2bim.verify.bcf import Topic, write_bcf
 from scan2bim.verify.classified import write_classified, write_remainder
 from scan2bim.verify.html import page
 from scan2bim.verify.ifc_copy import write_copy
-from scan2bim.verify.pictures import deviation_map
+from scan2bim.verify.pictures import Surroundings, deviation_map
 from scan2bim.verify.result import ElementResult, dump_report
 
 if TYPE_CHECKING:
@@ -93,6 +93,7 @@ def _worst(result: ElementResult) -> float:
 def _bcf(found: Found, pictures: dict[str, bytes], path: Path) -> None:
     report = found.report
     vertices = {e.guid: e.vertices for e in found.model.elements if e.role in ("compared", "fill")}
+    around = Surroundings(found.model.elements)
     topics = [
         Topic(
             key=fault.guid,
@@ -101,15 +102,14 @@ def _bcf(found: Found, pictures: dict[str, bytes], path: Path) -> None:
             label=fault.status.replace("_", " "),
             guids=(fault.guid,),
             box=_box(vertices[fault.guid]),
-            snapshot=pictures.get(fault.guid),
+            snapshot=pictures.get(fault.guid) or around.picture(_box(vertices[fault.guid])),
         )
         for fault in report.faults()
         if fault.guid in vertices
     ]
     topics += [
-        Topic(a.id, f"Not in the model: {a.guess}", a.sentence, "addition", (), np.array([a.lower, a.upper]), None)
-        for a in report.additions
-        if a.guess != "object"
+        Topic(a.id, f"Not in the model: {a.guess}", a.sentence, "addition", (), box, around.picture(box))
+        for a, box in ((a, np.array([a.lower, a.upper])) for a in report.additions if a.guess != "object")
     ]
     date = datetime.datetime.fromtimestamp(found.model.path.stat().st_mtime, datetime.UTC)
     write_bcf(topics, path, report.model_name, date.isoformat(timespec="seconds"))

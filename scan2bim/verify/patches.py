@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.verify.hanging import Hanging
 from scan2bim.verify.ifc_model import IfcModel, ModelElement
 
 F64 = NDArray[np.float64]
@@ -20,7 +21,7 @@ QUADS = np.array([[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]], np.int32)
 class Gap:
     """A drawn opening in the model's axes: its GlobalId, that of its wall and of what fills it; middle (3,) of its box,
     unit vector ``along`` (2,) the wall in plan, width, height, and the places ``low`` and ``high`` of the wall's faces
-    across it, metres from the middle.
+    across it, metres from the middle; how its door hangs.
     """
 
     guid: str
@@ -32,6 +33,7 @@ class Gap:
     height: float
     low: float
     high: float
+    hanging: Hanging | None
 
     @property
     def across(self) -> F64:
@@ -69,7 +71,9 @@ def _gap(opening: ModelElement, host: ModelElement, fill: ModelElement | None) -
     if np.ptp(sides) > THICKEST:
         sides = (box[:, :2] - middle[:2]) @ across
     width, height = float(np.ptp(ends)), float(high[2] - low[2])
-    return Gap(opening.guid, host.guid, fill, middle, along, width, height, float(sides.min()), float(sides.max()))
+    low_side, high_side = float(sides.min()), float(sides.max())
+    hanging = None if fill is None else fill.hanging
+    return Gap(opening.guid, host.guid, fill, middle, along, width, height, low_side, high_side, hanging)
 
 
 def with_patches(model: IfcModel, gaps: tuple[Gap, ...]) -> IfcModel:

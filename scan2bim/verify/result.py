@@ -64,11 +64,12 @@ class FaceResult(Record):
 class OpeningResult(Record):
     """A door or window beside what the scans show in its wall.
 
-    finding: matched, moved, resized, missing (no opening there), walled_up, unseen. shift: along the wall's u axis and
-    up; width and height as built less as drawn. built_state: of the leaf; other_swing: hung or swinging the other way.
+    finding: matched, moved, resized, other_swing (as drawn but hung otherwise), walled_up, unseen. shift: along the
+    wall's u axis and up; width and height as built less as drawn. built_state: of the leaf; other_swing: an open leaf
+    hangs at the other end, or swings to the other side.
     """
 
-    finding: Literal["matched", "moved", "resized", "missing", "walled_up", "unseen"]
+    finding: Literal["matched", "moved", "resized", "other_swing", "walled_up", "unseen"]
     host: str | None
     shift_along: float | None = None
     shift_up: float | None = None

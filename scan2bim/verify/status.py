@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ LEAST_COVERAGE = 0.03
 WITHIN = 0.90
 """Share of an element's own measured surface that must lie within its tolerance; the rest may be fixings, joints and
 edges that are not drawn."""
+LEAST_OFF = 0.02
+"""Square metres that must be off at the least for that share to count: of a handrail it is a few cells at edges."""
 FACE_AREA = 0.10
 """Square metres measured of a face whose own median is judged, and at least a tenth of all that was measured of the
 element: less may be a fixing, or what covers a reveal."""
@@ -49,18 +51,18 @@ LOA_BANDS: tuple[tuple[float, Loa], ...] = (
 class Surface:
     """The cells of a model with all that is known of them: (c,) each.
 
-    bits as in ``visibility``; reveal: it lines an opening, so that frames hide it and it counts for the opening.
+    bits as in ``visibility``; reveal: it lines an opening, so that frames hide it and it counts for the opening;
+    is_measured: it has enough points.
     """
 
     table: FaceTable
     measured: Measured
     bits: NDArray[np.uint8]
     reveal: Mask
+    is_measured: Mask = field(init=False)
 
-    @property
-    def is_measured(self) -> Mask:
-        """Cells with enough points."""
-        return self.measured.count >= LEAST_POINTS
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "is_measured", self.measured.count >= LEAST_POINTS)
 
 
 def loa_of(p95: float) -> Loa:
@@ -163,7 +165,8 @@ def _status(
         return _unseen(visible, through, blocked)
     least = max(FACE_AREA, (1 - WITHIN) * sum(f.measured for f in faces))
     worst = max((abs(f.median) for f in faces if f.median is not None and f.measured >= least), default=0.0)
-    if stats.within < WITHIN or abs(stats.median) > tolerance or worst > tolerance:
+    off = (1 - stats.within) * sum(f.measured for f in faces)
+    if (stats.within < WITHIN and off > LEAST_OFF) or abs(stats.median) > tolerance or worst > tolerance:
         return "out_of_tolerance", _reason(stats, motion, worst, tolerance)
     if gone >= HOLE:
         return "out_of_tolerance", f"Scanners looked through {through:.2f} m2 of it: a part is missing."

@@ -74,8 +74,9 @@ def look(
     bits = np.zeros(len(cells), np.uint8)
     drawn = np.empty((6, EDGE, EDGE), np.float32)
     for done, panorama in enumerate(panoramas):
-        drawn.fill(np.inf)
+        drawn.fill(0.0)
         _draw(bodies.corners, panorama.position, drawn)
+        _to_ranges(drawn)
         _ask(centres, normals, two_sided, panorama.position, drawn, panorama.ranges, bits)
         progress((done + 1) / len(panoramas))
     out = np.zeros(len(asked), np.uint8)
@@ -84,9 +85,11 @@ def look(
 
 
 @nb.njit(cache=True, nogil=True)
-def _draw(corners, position, ranges):  # pyright: ignore
-    """Least range of the triangles (t, 3, 3) along each cell's direction into ``ranges`` (6, n, n)."""
-    n = ranges.shape[1]
+def _draw(corners, position, nearness):  # pyright: ignore
+    """Greatest inverse depth of the triangles (t, 3, 3), along the axis of each side of the cube, into ``nearness``
+    (6, n, n). It is linear in a side's plane, so that a triangle's rows are filled without a division.
+    """
+    n = nearness.shape[1]
     near = 0.02
     p = np.empty((3, 3))
     clipped = np.empty((4, 3))
@@ -106,6 +109,8 @@ def _draw(corners, position, ranges):  # pyright: ignore
         ny = (p[1, 2] - p[0, 2]) * (p[2, 0] - p[0, 0]) - (p[1, 0] - p[0, 0]) * (p[2, 2] - p[0, 2])
         nz = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
         plane = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
+        if plane == 0.0:
+            continue
         for face in range(6):
             axis = face // 2
             sign = 1.0 if face % 2 == 0 else -1.0
@@ -125,12 +130,15 @@ def _draw(corners, position, ranges):  # pyright: ignore
                     for j in range(3):
                         clipped[count, j] = a[j] + w * (b[j] - a[j])
                     count += 1
+            along = sign * (nx if axis == 0 else ny if axis == 1 else nz) / plane
+            across = ((nx if iu == 0 else ny) / plane, (nz if iv == 2 else ny) / plane)
             for k in range(1, count - 1):
-                _fill(clipped, k, axis, sign, iu, iv, nx, ny, nz, plane, ranges[face], n)
+                _fill(clipped, k, axis, sign, iu, iv, along, across, nearness[face], n)
 
 
-@nb.njit(cache=True, nogil=True, inline="always")
-def _fill(clipped, k, axis, sign, iu, iv, nx, ny, nz, plane, face, n):  # pyright: ignore
+@nb.njit(cache=True, nogil=True)
+def _fill(clipped, k, axis, sign, iu, iv, along, across, face, n):  # pyright: ignore
+    """Fill one triangle of a fan, row by row: corners 0, k and k + 1 of ``clipped``."""
     h = 0.5 * n
     m0 = sign * clipped[0, axis]
     m1 = sign * clipped[k, axis]
@@ -141,33 +149,39 @@ def _fill(clipped, k, axis, sign, iu, iv, nx, ny, nz, plane, face, n):  # pyrigh
     y1 = clipped[k, iv] / m1 * h + h
     x2 = clipped[k + 1, iu] / m2 * h + h
     y2 = clipped[k + 1, iv] / m2 * h + h
-    area = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
-    a0 = max(int(min(x0, x1, x2) - 0.5), 0)
-    a1 = min(int(max(x0, x1, x2) + 1.5), n)
-    b0 = max(int(min(y0, y1, y2) - 0.5), 0)
-    b1 = min(int(max(y0, y1, y2) + 1.5), n)
-    if area == 0.0 or a0 >= a1 or b0 >= b1:
+    if max(x0, x1, x2) < 0.0 or min(x0, x1, x2) > n or max(y0, y1, y2) < 0.0 or min(y0, y1, y2) > n:
         return
-    for a in range(a0, a1):
+    a0 = int(max(np.ceil(min(x0, x1, x2) - 0.5), 0.0))
+    a1 = int(min(np.floor(max(x0, x1, x2) - 0.5), n - 1.0))
+    for a in range(a0, a1 + 1):
         x = a + 0.5
-        for b in range(b0, b1):
-            y = b + 0.5
-            s = ((x1 - x) * (y2 - y) - (y1 - y) * (x2 - x)) / area
-            t = ((x2 - x) * (y0 - y) - (y2 - y) * (x0 - x)) / area
-            if s < 0.0 or t < 0.0 or s + t > 1.0:
-                continue
-            du = (x - h) / h
-            dv = (y - h) / h
-            slope = sign * (nx if axis == 0 else ny if axis == 1 else nz)
-            slope += du * (nx if iu == 0 else ny)
-            slope += dv * (nz if iv == 2 else ny)
-            if slope == 0.0:
-                continue
-            depth = plane / slope
-            if depth <= 0.0:
-                continue
-            r = depth * np.sqrt(1.0 + du * du + dv * dv)
-            face[a, b] = min(face[a, b], r)
+        low, high = np.inf, -np.inf
+        for xa, ya, xb, yb in ((x0, y0, x1, y1), (x1, y1, x2, y2), (x2, y2, x0, y0)):
+            if (xa <= x) != (xb <= x):
+                y = ya + (x - xa) / (xb - xa) * (yb - ya)
+                low = min(low, y)
+                high = max(high, y)
+        if low > high:
+            continue
+        b0 = int(max(np.ceil(low - 0.5), 0.0))
+        b1 = int(min(np.floor(high - 0.5), n - 1.0))
+        base = along + (x - h) / h * across[0] - (h - 0.5) / h * across[1]
+        slope = across[1] / h
+        for b in range(b0, b1 + 1):
+            face[a, b] = max(face[a, b], base + b * slope)
+
+
+@nb.njit(cache=True, nogil=True)
+def _to_ranges(nearness):  # pyright: ignore
+    """Inverse depths (6, n, n) to ranges, inf where nothing is, in place."""
+    n = nearness.shape[1]
+    for face in range(6):
+        for a in range(n):
+            du = (2 * a + 1.0) / n - 1.0
+            for b in range(n):
+                dv = (2 * b + 1.0) / n - 1.0
+                w = nearness[face, a, b]
+                nearness[face, a, b] = np.sqrt(1.0 + du * du + dv * dv) / w if w > 0.0 else np.inf
 
 
 @nb.njit(cache=True, nogil=True)

@@ -212,7 +212,7 @@ def add_column(subject: Subject) -> Edit | None:
     ends = np.array([[*(place - half), base], [*(place + half), base + height]])
     column = subject.file.create_entity("IfcColumn", GlobalId=ifcopenshell.guid.new(), Name="column not built")
     column.ObjectPlacement = subject.file.create_entity("IfcLocalPlacement", None, _axes(subject.file, np.eye(4)))
-    context = next(c for c in subject.file.by_type("IfcGeometricRepresentationContext") if c.ContextType == "Model")
+    context = subject.product.Representation.Representations[0].ContextOfItems
     motion = _shifted(np.array([*place, base]))
     column.Representation = _extruded(subject.file, context, motion, (0.3, 0.3, height))
     for relation in subject.product.ContainedInStructure:

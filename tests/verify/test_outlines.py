@@ -12,7 +12,7 @@ from scan2bim.verify.outlines import Profiles, find_outline
 from scan2bim.verify.patches import Gap
 
 WIDTH, HEIGHT, HALF = 0.9, 2.0, 0.06
-GAP = Gap("gap", "wall", None, np.array([4.0, 4.0, 1.0]), np.array([1.0, 0.0]), WIDTH, HEIGHT, -HALF, HALF)
+GAP = Gap("gap", "wall", None, np.array([4.0, 4.0, 1.0]), np.array([1.0, 0.0]), WIDTH, HEIGHT, -HALF, HALF, None)
 
 
 def scanned(start: float, end: float, frame: float = 0.0) -> np.ndarray:
