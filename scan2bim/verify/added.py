@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.ifc_model import ModelElement
+from scan2bim.verify.jambs import CERTAIN
 from scan2bim.verify.openings import ANGLE, FLUSH, OPEN, PLANE, SURE, OpeningContext
 from scan2bim.verify.result import Addition
 from scan2bim.verify.status import Surface
@@ -16,6 +17,11 @@ from scan2bim.verify.visibility import LOOKED_THROUGH
 
 F64 = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+LIKELY, WELL_OPEN = 0.4, 0.85
+"""Confidence from which on a detected opening is one if so great a share of its place shows no wall."""
+LEAST_SEEN = 0.3
+"""Square metres of that place that must be seen."""
 
 
 def added_openings(
@@ -26,7 +32,7 @@ def added_openings(
     walls = [i for i, e in enumerate(elements) if e.role == "compared" and "Wall" in e.ifc_class]
     out: list[Addition] = []
     for number, found in enumerate(context.detected):
-        if number in matched or found.confidence < SURE:
+        if number in matched or found.confidence < LIKELY:
             continue
         gone, seen, host = 0.0, 0.0, ""
         for wall in walls:
@@ -41,7 +47,10 @@ def added_openings(
             gone += float(area[off | through].sum())
             seen += float(area[measured | through].sum())
             host = elements[wall].name
-        if seen > 0.3 and gone > OPEN * seen:
+        # A closed leaf that is flush with its wall leaves the wall's surface as it is.
+        flush = found.kind == "door" and found.state == "closed" and found.confidence > CERTAIN
+        open_there = gone > (OPEN if found.confidence >= SURE else WELL_OPEN) * seen
+        if seen > LEAST_SEEN and (flush or open_there):
             out.append(_addition(found, host, len(out), gone, to_model))
     return out
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
@@ -29,6 +30,13 @@ MOST = 200
 MARGIN = 0.5
 """Metres round the model's box beyond which points are of the surroundings."""
 BITS = 21
+BELOW = 0.3
+"""Metres under a storey's elevation from which on points are its own: floors are drawn with and without finish."""
+REACHES = 0.2
+"""Metres from a place on a ceiling within which what is built ends: these places lie 20 cm apart."""
+COVERED = 0.5
+"""Share of a slab under ceilings or roofs."""
+Guess = Literal["wall", "slab", "column", "object"]
 
 
 class Unexplained:
@@ -71,18 +79,33 @@ def find_additions(
     middle: F64 = ((place - (1 << (BITS - 1)) + 0.5) * EDGE).astype(np.float64)
     keep = (counts >= LEAST_POINTS) & (middle > box[0] - MARGIN).all(axis=1) & (middle < box[1] + MARGIN).all(axis=1)
     keys, counts, middle = keys[keep], counts[keep], middle[keep]
-    upright = upright_parts(middle, EDGE)
-    walls = int(upright.max(initial=-1)) + 1
-    label = upright.copy()
-    label[upright < 0] = walls + _groups(keys[upright < 0])
+    label, walls = _labels(keys, middle, storeys, to_model)
     sizes = np.bincount(label, minlength=1)
     out: list[Addition] = []
     for which in np.argsort(-sizes)[:MOST]:
         if sizes[which] < LEAST_VOXELS:
             break
         mine = label == which
-        out.append(_addition(len(out) + 1, middle[mine], int(counts[mine].sum()), ceilings, storeys, to_model))
+        place = middle[mine]
+        guess = _guess(place, bool(which < walls), ceilings)
+        out.append(_addition(len(out) + 1, place, guess, int(counts[mine].sum()), storeys, to_model))
     return tuple(out)
+
+
+def _labels(keys: I64, middle: F64, storeys: Sequence[ModelStorey], to_model: F64) -> tuple[I64, int]:
+    """Group (k,) of each voxel, storey by storey, the upright straight ones first, and how many these are."""
+    height = middle @ to_model[2, :3] + to_model[2, 3]
+    level = np.searchsorted([s.elevation - BELOW for s in storeys], height)
+    label = np.full(len(keys), -1, np.int64)
+    walls = 0
+    for storey in np.unique(level):
+        here = np.flatnonzero(level == storey)
+        upright = upright_parts(middle[here], EDGE)
+        label[here[upright >= 0]] = walls + upright[upright >= 0]
+        walls += int(upright.max(initial=-1)) + 1
+    rest = np.flatnonzero(label < 0)
+    label[rest] = walls + _groups(keys[rest])
+    return label, walls
 
 
 def _groups(keys: I64) -> I64:
@@ -105,15 +128,9 @@ def _groups(keys: I64) -> I64:
 
 
 def _addition(
-    number: int, middle: F64, points: int, ceilings: F64, storeys: Sequence[ModelStorey], to_model: F64
+    number: int, middle: F64, guess: Guess, points: int, storeys: Sequence[ModelStorey], to_model: F64
 ) -> Addition:
-    plan = middle[:, :2] - middle[:, :2].mean(axis=0)
-    along = main_direction(plan)
-    sides = (plan @ along, plan @ [-along[1], along[0]], middle[:, 2])
-    length, width, height = (float(np.ptp(s)) + EDGE for s in sides)
-    guess = _guess(length, width, height, len(middle))
-    if guess in ("wall", "column") and not _reaches(middle, ceilings):
-        guess = "object"
+    length, width, height = _sizes(middle)
     own = middle @ to_model[:3, :3].T + to_model[:3, 3]
     lower, upper = own.min(axis=0) - EDGE / 2, own.max(axis=0) + EDGE / 2
     below = [s for s in storeys if s.elevation <= (lower[2] + upper[2]) / 2]
@@ -129,22 +146,49 @@ def _addition(
     )
 
 
-def _reaches(middle: F64, ceilings: F64) -> bool:
-    """Whether the voxels end within 20 cm of a ceiling over them."""
-    low, high = middle.min(axis=0) - 0.2, middle.max(axis=0) + 0.2
-    over = (ceilings[:, :2] > low[:2]).all(axis=1) & (ceilings[:, :2] < high[:2]).all(axis=1)
-    return bool((np.abs(ceilings[over, 2] - high[2] + 0.2) < 0.2).any())
+def _sizes(middle: F64) -> tuple[float, float, float]:
+    """Length, width and height of the upright box round voxels (k, 3)."""
+    plan = middle[:, :2] - middle[:, :2].mean(axis=0)
+    along = main_direction(plan)
+    sides = (plan @ along, plan @ [-along[1], along[0]], middle[:, 2])
+    length, width, height = (float(np.ptp(s)) + EDGE for s in sides)
+    return length, width, height
 
 
-def _guess(length: float, width: float, height: float, voxels: int) -> Literal["wall", "column", "slab", "object"]:
-    """By the box: a wall is tall, long and thin, a column tall and narrow, a slab level and thin."""
-    if height >= 1.8 and length >= 0.9 and width <= 0.45 and voxels >= 0.4 * length * height / EDGE**2:
+def _guess(middle: F64, upright: bool, ceilings: F64) -> Guess:
+    """By the box: a wall is upright, long and thin, a column tall and narrow, both reach a ceiling; a slab is level and
+    thin and lies under one, as the ground outside does not.
+    """
+    length, width, height = _sizes(middle)
+    if height <= 0.3 and min(length, width) >= 1.2 and len(middle) >= 0.5 * length * width / EDGE**2:
+        return "slab" if _covered(middle, ceilings) > COVERED else "object"
+    reaches = _reaches(middle, ceilings)
+    if reaches and upright and length >= 0.9 and width <= 0.45:
         return "wall"
-    if height >= 1.8 and width >= 0.1 and length <= 0.9:
+    if reaches and height >= 1.8 and width >= 0.1 and length <= 0.9:
         return "column"
-    if height <= 0.3 and min(length, width) >= 1.2 and voxels >= 0.5 * length * width / EDGE**2:
-        return "slab"
     return "object"
+
+
+def _reaches(middle: F64, ceilings: F64) -> bool:
+    """Whether voxels (k, 3) end at a ceiling over them."""
+    low, high = middle.min(axis=0) - REACHES, middle.max(axis=0) + REACHES
+    near = ceilings[((ceilings > low) & (ceilings < high)).all(axis=1)]
+    if not len(near):
+        return False
+    distance, place = cKDTree(near).query(middle, k=min(4, len(near)), distance_upper_bound=REACHES)
+    distance, place = np.reshape(distance, (len(middle), -1)), np.reshape(place, (len(middle), -1))
+    over = np.append(near[:, 2], -np.inf)[place] > middle[:, 2:]
+    return bool((np.isfinite(distance) & over).any())
+
+
+def _covered(middle: F64, ceilings: F64) -> float:
+    """Share of voxels (k, 3) over which a ceiling lies."""
+    over = ceilings[ceilings[:, 2] > middle[:, 2].max() + 1.5]
+    if not len(over):
+        return 0.0
+    distance, _ = cKDTree(over[:, :2]).query(middle[:, :2])
+    return float((np.asarray(distance) < REACHES).mean())
 
 
 def _vector(values: F64) -> tuple[float, float, float]:

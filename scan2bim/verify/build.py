@@ -194,9 +194,9 @@ def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64
 
 
 def ceilings(table: FaceTable, model: IfcModel) -> F64:
-    """Middles (n, 3) of cells of slabs, roofs and ceilings that look down, one in 20 cm each way."""
+    """Middles (n, 3) of cells of slabs, roofs and ceilings that look down, also at a slant, one in 20 cm each way."""
     over = np.array([e.ifc_class in ("IfcSlab", "IfcRoof", "IfcCovering") for e in model.elements])
-    looks_down = (table.normal[table.cell_face][:, 2] < -0.9) & over[table.cell_element]
+    looks_down = (table.normal[table.cell_face][:, 2] < -0.3) & over[table.cell_element]
     stride = np.maximum(1, np.rint(0.2 / table.size).astype(np.int64))[table.cell_face]
     return table.centres(np.flatnonzero(looks_down & (table.cell_at % stride[:, None] == 0).all(axis=1)))
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
+from scan2bim.verify.fits import robust_plane
 from scan2bim.verify.outlines import BESIDE, ON, Outline, Side
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.status import Surface
@@ -19,7 +20,7 @@ ANGLE = 0.97
 FACE = 0.006
 """Metres from a wall's drawn face within which a drawn surface is part of it."""
 FEWEST = 6
-"""Cells of a face that must be measured near an opening for its built place to be told there."""
+"""Cells of a face that must be measured for its built place to be told."""
 MOVED = 0.05
 """Metres that a detected opening must lie aside to count as moved where its sides are not seen: detected sides are good
 to some 25 mm."""
@@ -48,14 +49,19 @@ def built_face(surface: Surface, wall: NDArray[np.int64], gap: Gap, sign: float)
     outwards = surface.table.normal[surface.table.cell_face[cells]][:, :2] @ gap.across
     offset = surface.table.centres(cells) - gap.middle
     along = offset[:, :2] @ gap.along
-    near = (np.abs(offset[:, 2]) < gap.height / 2) & (sign * outwards > ANGLE)
-    near &= (np.abs(along) < gap.width / 2 + BESIDE) & (np.abs(offset[:, :2] @ gap.across - drawn) < FACE)
-    if near.sum() < FEWEST:
+    mine = (sign * outwards > ANGLE) & (np.abs(offset[:, :2] @ gap.across - drawn) < FACE)
+    place, deviation = np.column_stack([along, offset[:, 2]])[mine], surface.measured.mean[cells[mine]]
+    # All of the face tells where it was built: beside a window alone there may be more of a curtain than of the wall.
+    plane = robust_plane(place, deviation) if len(place) >= FEWEST else None
+    if plane is None:
         return np.array([drawn, 0.0])
-    built = drawn + sign * surface.measured.mean[cells[near]]
-    own = np.abs(built - np.median(built)) < ON
-    design = np.column_stack([np.ones(int(own.sum())), along[near][own]])
-    return np.linalg.lstsq(design, built[own], rcond=None)[0].astype(np.float64)
+    own = np.abs(deviation - plane[0] - place @ plane[1:]) < ON
+    near = own & (np.abs(place[:, 1]) < gap.height / 2) & (np.abs(place[:, 0]) < gap.width / 2 + BESIDE)
+    built = drawn + sign * deviation[near]
+    if near.sum() < FEWEST or np.ptp(place[near][:, 0]) < gap.width / 2:
+        return np.array([drawn + sign * plane[0], sign * plane[1]])
+    design = np.column_stack([np.ones(int(near.sum())), place[near][:, 0]])
+    return np.linalg.lstsq(design, built, rcond=None)[0].astype(np.float64)
 
 
 def outline_change(outline: Outline, tolerance: float, detected: float | None) -> Change:
@@ -96,6 +102,21 @@ def _seen_twice(side: Side, other: float, hint: float | None) -> float:
     """
     expected = -other if hint is None else hint
     return min((side.built, side.wall), key=lambda value: abs(value - expected))
+
+
+def extent_change(extent: tuple[float, float], gap: Gap, found: Detected) -> Change | None:
+    """What points inside the wall and a detected opening tell together, None where they do not agree that it was moved.
+
+    The opening reaches at least as far as the points do, metres inwards of the drawn start and end: where it was moved,
+    beyond one side, and no farther than from the other.
+    """
+    start, end = extent
+    out, other = min(start, end), max(start, end)
+    sign = 1.0 if end < start else -1.0
+    aside = sign * float((found.middle[:2] - gap.middle[:2]) @ gap.along)
+    if out > -MOVED or aside < MOVED or other < -out:
+        return None
+    return Change(sign * min(max(aside, -out), other), 0.0)
 
 
 def detected_change(gap: Gap, found: Detected | None) -> Change:

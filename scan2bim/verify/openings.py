@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.hanging import difference
 from scan2bim.verify.ifc_model import ModelElement
-from scan2bim.verify.jambs import Change, built_face, detected_change, outline_change
-from scan2bim.verify.outlines import Outline, Profiles, find_outline
+from scan2bim.verify.jambs import Change, built_face, detected_change, extent_change, outline_change
+from scan2bim.verify.outlines import Outline, Profiles, find_extent, find_outline
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
 from scan2bim.verify.status import Surface
@@ -29,6 +29,10 @@ FLUSH = 0.006
 registration. Leaves and frames mostly lie deeper."""
 CLOSED_UP = 0.85
 """Share of what was seen in an opening that continues the wall, on each side, from which on it is walled up."""
+ONE_SIDE = 0.95
+"""The same, of an opening seen from one side alone: a closed leaf may be flush there, and is detected mostly."""
+SEEN_WELL = 0.8
+"""Share of such a side that must be seen."""
 SEEN = 0.30
 """Share of an opening that must be seen on a side for that side to speak."""
 SIDEWAYS = 1.2
@@ -144,7 +148,7 @@ def _judge(
     sides = _sides(context, number)
     outline = _outline(context, number, found)
     aside = None if found is None else float((found.middle[:2] - gap.middle[:2]) @ gap.along)
-    change = outline_change(outline, tolerance, aside) if outline else detected_change(gap, found)
+    change = outline_change(outline, tolerance, aside) if outline else _hidden_change(context, number, found)
     finding = _finding([side for side in sides if side.seen >= SEEN], found, change, element)
     otherwise = _hung_otherwise(gap, found)
     if finding == "matched" and otherwise:
@@ -171,9 +175,20 @@ def _outline(context: OpeningContext, number: int, found: Detected | None) -> Ou
     """The built sides of an opening, looked for at its drawn place and where one was detected."""
     gap = context.gaps[number]
     seeds = [0.0] if found is None else [0.0, float((found.middle[:2] - gap.middle[:2]) @ gap.along)]
-    wall = context.cells_of(context.hosts[number])
-    faces = built_face(context.surface, wall, gap, -1.0), built_face(context.surface, wall, gap, 1.0)
-    return find_outline(context.profiles, number, faces, seeds)
+    return find_outline(context.profiles, number, _built_faces(context, number), seeds)
+
+
+def _built_faces(context: OpeningContext, number: int) -> tuple[F64, F64]:
+    wall, gap = context.cells_of(context.hosts[number]), context.gaps[number]
+    return built_face(context.surface, wall, gap, -1.0), built_face(context.surface, wall, gap, 1.0)
+
+
+def _hidden_change(context: OpeningContext, number: int, found: Detected | None) -> Change:
+    """Of an opening beside which no wall was seen: from what was seen inside the wall, else from the detected one."""
+    gap = context.gaps[number]
+    extent = None if found is None else find_extent(context.profiles, number, _built_faces(context, number))
+    change = None if found is None or extent is None else extent_change(extent, gap, found)
+    return change or detected_change(gap, found)
 
 
 def _finding(
@@ -185,8 +200,9 @@ def _finding(
     sure = found is not None and found.confidence >= SURE
     if speaking and all(side.flush >= CLOSED_UP for side in speaking) and not sure:
         # A closed leaf may be flush with one face of its wall, never with both.
-        both = len(speaking) > 1 or element.ifc_class != "IfcDoor"
-        return "walled_up" if both else "unseen"
+        alone = speaking[0].flush >= ONE_SIDE and speaking[0].seen >= SEEN_WELL and found is None
+        sure = len(speaking) > 1 or alone or element.ifc_class != "IfcDoor"
+        return "walled_up" if sure else "unseen"
     if change.width:
         return "resized"
     if change.shift:

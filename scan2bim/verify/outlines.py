@@ -137,31 +137,57 @@ def find_outline(profiles: Profiles, number: int, faces: tuple[F64, F64], seeds:
     where the scans do not show its sides. faces: offset and slope (2,) along the wall of the lower and the upper face
     as built, metres across it from the drawn middle.
     """
-    gap, image = profiles.gaps[number], profiles.image(number)
-    half = gap.width / 2 + BESIDE
-    along = (np.arange(image.shape[0]) + 0.5) * BIN - half
-    across = (np.arange(image.shape[1]) + 0.5) * DEEP + gap.low - AROUND
-    low, high = (face[0] + face[1] * along for face in faces)
-    on = np.array([(image * (np.abs(across - place[:, None]) < ON)).sum(axis=1) for place in (low, high)])
+    gap, half = profiles.gaps[number], profiles.gaps[number].width / 2 + BESIDE
+    on, inside = _counts(profiles, number, faces)
     seen = (on > 0).sum(axis=1) * BIN >= STRIP
     if not seen.any():
         return None
     dense = np.array([DENSE * np.median(face[face > 0]) for face in on[seen]])
     smooth = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1)
     walls = smooth >= dense[:, None]
-    within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
-    inside = (image * within).sum(axis=1).astype(np.float64)
-    # A frame near a face has points on that face, too, but more inside the wall: a wall has none there.
-    solid = walls.all(axis=0) & (uniform_filter1d(inside, SMOOTH) < smooth.sum(axis=0))
-    found = [_outline(walls, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
+    # A frame or a closed leaf may go on flush with a face, but then there is more inside the wall, which is solid.
+    hollow = inside >= np.maximum(on[seen].sum(axis=0), FEW)
+    solid, wall = walls.all(axis=0) & ~hollow, walls.any(axis=0) & ~hollow
+    found = [_outline(wall, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
     return max((o for o in found if o is not None), key=lambda o: o.weight, default=None)
 
 
-def _outline(walls: Mask, solid: Mask, inside: F64, seed: int, width: float) -> Outline | None:
-    """The stretch of bins round a seed that most speaks for, with its sides; walls (f, n) bins with wall on each face
-    that was seen, solid (n,) those with wall on all of them and nothing inside, inside (n,) points inside it.
+def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[float, float] | None:
+    """How far from the drawn sides inwards, metres, points inside the wall begin and end along it, without a break;
+    None where there are few. ``faces`` as in ``find_outline``.
     """
-    wall = np.asarray(walls.any(axis=0))
+    _, inside = _counts(profiles, number, faces)
+    full = np.flatnonzero(inside > 0)
+    middle = int(np.searchsorted(full, len(inside) // 2))
+    if not 0 < middle < len(full):
+        return None
+    gaps = np.flatnonzero(np.diff(full) > BREAK / BIN)
+    left, right = gaps[gaps < middle - 1], gaps[gaps >= middle]
+    own = full[(int(left[-1]) + 1 if len(left) else 0) : (int(right[0]) + 1 if len(right) else len(full))]
+    mass = np.cumsum(inside[own])
+    if mass[-1] < 2 * LEAST:
+        return None
+    low, high = own[np.searchsorted(mass, np.array([INSIDE, 1 - INSIDE]) * mass[-1])]
+    width = profiles.gaps[number].width
+    middle_bin = len(inside) / 2
+    return (low - middle_bin) * BIN + width / 2, width / 2 - (high + 1 - middle_bin) * BIN
+
+
+def _counts(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[F64, F64]:
+    """Points on both faces (2, n) and inside the wall (n,) in bins along it."""
+    gap, image = profiles.gaps[number], profiles.image(number)
+    along = (np.arange(image.shape[0]) + 0.5) * BIN - gap.width / 2 - BESIDE
+    across = (np.arange(image.shape[1]) + 0.5) * DEEP + gap.low - AROUND
+    low, high = (face[0] + face[1] * along for face in faces)
+    on = np.array([(image * (np.abs(across - place[:, None]) < ON)).sum(axis=1) for place in (low, high)])
+    within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
+    return on.astype(np.float64), (image * within).sum(axis=1).astype(np.float64)
+
+
+def _outline(wall: Mask, solid: Mask, inside: F64, seed: int, width: float) -> Outline | None:
+    """The stretch of bins round a seed that most speaks for, with its sides; wall (n,) bins with wall on a face that
+    was seen, solid (n,) those with wall on all of them, inside (n,) points inside it.
+    """
     if not 0 < seed < len(wall) or wall[seed]:
         return None
     speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))

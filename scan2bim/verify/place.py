@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.errors import PrecheckError
+from scan2bim.model.elements import Building, ScanResidual
 from scan2bim.verify.faces import FaceTable
 from scan2bim.verify.ifc_model import IfcModel
 from scan2bim.verify.placing import (
@@ -41,6 +42,9 @@ terrestrial scans is better than 5 mm."""
 GAIN = 0.2
 """Share of a misplaced scan's surface that its own fit must bring onto the model; a wall that was built otherwise is
 less."""
+VOUCHED = 1 / 3
+"""Of the shift of a scan against the model, up to which it may lie off the other scans for them to vouch for it: it is
+the building then that was built otherwise there."""
 OTHERS_FIT = 0.6
 """Share of the scans that must fit for the others to count as misplaced; otherwise it is the building that is off."""
 
@@ -79,7 +83,7 @@ def place_model(
     best, rival = _first(inputs, model, target, sample, anchor, shift)
     correction = best_fit(target, sample, best.matrix)
     matrix = correction.matrix @ best.matrix if inputs.fitted or best.method == "automatic" else best.matrix
-    scans, ignored = _scans(target, sample, matrix, summaries, len(stations))
+    scans, ignored = _scans(target, sample, matrix, summaries, _residuals(inputs.building), len(stations))
     full = matrix.copy()
     full[:3, 3] += shift - full[:3, :3] @ anchor
     told = Placing(
@@ -133,13 +137,36 @@ def _stated(inputs: Inputs, model: IfcModel) -> list[tuple[Method, F64]]:
     return [*out, ("identity", np.eye(4))]
 
 
+def _residuals(building: Building | None) -> dict[str, ScanResidual]:
+    """How well the scans fit each other, by name."""
+    scans = building.scans if building else ()
+    return {scan.name: scan.residual for scan in scans if scan.residual is not None}
+
+
+def _is_vouched_for(shift: F64, residual: ScanResidual | None) -> bool:
+    """Whether a scan that lies off the model by ``shift`` (3,) lies where the other scans say."""
+    if residual is None:
+        return False
+    offset = [value for value in residual.offset if value is not None]
+    known = np.array([value is not None for value in residual.offset])
+    length = float(np.linalg.norm(shift))
+    # What lies off along an axis that no shared surface bears is not vouched for.
+    return bool(np.linalg.norm(shift[~known]) < length / 2 and np.linalg.norm(offset) < VOUCHED * length)
+
+
 def _scans(
-    target: Target, sample: Sample, matrix: F64, summaries: Sequence[ScanSummary], stations: int
+    target: Target,
+    sample: Sample,
+    matrix: F64,
+    summaries: Sequence[ScanSummary],
+    residuals: dict[str, ScanResidual],
+    stations: int,
 ) -> tuple[tuple[ScanPlacing, ...], NDArray[np.bool_]]:
-    """Each scan's own fit, and which stations lie off while most do not."""
+    """Each scan's own fit, and which stations lie off the model and the other scans while most do not."""
     names = {s.station: s.name for s in summaries if s.position is not None}
     own = {n: c for n, c in scan_corrections(target, sample, matrix).items() if n in names}
     off = {n for n, c in own.items() if float(np.linalg.norm(c.shift)) > OFF and c.gain > GAIN}
+    off = {n for n in off if not _is_vouched_for(own[n].shift, residuals.get(names[n]))}
     if len(own) < 3 or len(off) > (1 - OTHERS_FIT) * len(own):
         off = set[int]()
     ignored = np.zeros(stations, bool)

@@ -20,8 +20,8 @@ Mask = NDArray[np.bool_]
 
 LEAST_POINTS = 2
 """Points of a measured cell: one may be a stray."""
-ENOUGH = 0.05
-"""Square metres that must be measured of an element, or a tenth of what is visible if that is less."""
+ENOUGH = 0.10
+"""Square metres that must be measured of an element, or a fifth of what is visible if that is less."""
 LEAST_COVERAGE = 0.03
 """Share of the visible surface that must be measured: of a slab under its finish one sees only gaps."""
 WITHIN = 0.90
@@ -128,7 +128,7 @@ def _judged(
     stats = statistics(found.pick(own), tolerance) if own.any() else None
     motion = _motion(found.pick(on_plane), table.centres(cells)) if on_plane.any() else None
     faces = _faces(table, cells, found, own, to_model)
-    enough = own_area >= max(0.005, LEAST_COVERAGE * visible_area, min(ENOUGH, 0.1 * visible_area))
+    enough = own_area >= max(0.005, LEAST_COVERAGE * visible_area, min(ENOUGH, 0.2 * visible_area))
     gone = through_area / max(through_area + saw_area, 1e-9) if through_area >= LEAST_HOLE else 0.0
     status, reason = _status(stats, motion, faces, tolerance, enough, gone, areas)
     kept = stats if enough and stats else None
