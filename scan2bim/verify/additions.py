@@ -32,8 +32,9 @@ MARGIN = 0.5
 BITS = 21
 BELOW = 0.3
 """Metres under a storey's elevation from which on points are its own: floors are drawn with and without finish."""
-REACHES = 0.2
-"""Metres from a place on a ceiling within which what is built ends: these places lie 20 cm apart."""
+REACHES, REACHES_WELL = 0.3, 0.2
+"""Metres from a place on a ceiling within which walls and columns end: these places lie 20 cm apart, and tall narrow
+furniture ends little lower than columns."""
 COVERED = 0.5
 """Share of a slab under ceilings or roofs."""
 Guess = Literal["wall", "slab", "column", "object"]
@@ -162,21 +163,20 @@ def _guess(middle: F64, upright: bool, ceilings: F64) -> Guess:
     length, width, height = _sizes(middle)
     if height <= 0.3 and min(length, width) >= 1.2 and len(middle) >= 0.5 * length * width / EDGE**2:
         return "slab" if _covered(middle, ceilings) > COVERED else "object"
-    reaches = _reaches(middle, ceilings)
-    if reaches and upright and length >= 0.9 and width <= 0.45:
+    if upright and length >= 0.9 and width <= 0.45 and _reaches(middle, ceilings, REACHES):
         return "wall"
-    if reaches and height >= 1.8 and width >= 0.1 and length <= 0.9:
+    if height >= 1.8 and width >= 0.1 and length <= 0.9 and _reaches(middle, ceilings, REACHES_WELL):
         return "column"
     return "object"
 
 
-def _reaches(middle: F64, ceilings: F64) -> bool:
-    """Whether voxels (k, 3) end at a ceiling over them."""
-    low, high = middle.min(axis=0) - REACHES, middle.max(axis=0) + REACHES
+def _reaches(middle: F64, ceilings: F64, reach: float) -> bool:
+    """Whether voxels (k, 3) end within ``reach`` of a ceiling over them."""
+    low, high = middle.min(axis=0) - reach, middle.max(axis=0) + reach
     near = ceilings[((ceilings > low) & (ceilings < high)).all(axis=1)]
     if not len(near):
         return False
-    distance, place = cKDTree(near).query(middle, k=min(4, len(near)), distance_upper_bound=REACHES)
+    distance, place = cKDTree(near).query(middle, k=min(4, len(near)), distance_upper_bound=reach)
     distance, place = np.reshape(distance, (len(middle), -1)), np.reshape(place, (len(middle), -1))
     over = np.append(near[:, 2], -np.inf)[place] > middle[:, 2:]
     return bool((np.isfinite(distance) & over).any())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +90,8 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
         [unexplained, profiles],
         lambda s: progress(0.3 + 0.4 * s),
     )
-    bits = _seen(inputs, model, table, placement, measured.count, anchor, lambda s: progress(0.7 + 0.2 * s))
+    looked = Looked(model, table, placement, measured.count, anchor)
+    bits = _seen(inputs, looked, frozenset(), lambda s: progress(0.7 + 0.2 * s))
     surface = Surface(table, measured, bits, reveals(model, table, placement, anchor))
     source = Source(inputs.scan_folders, stations, inputs.frame.shift)
     return _judged(inputs, settings, Seen(model, profiles, surface, placement, anchor, unexplained, source))
@@ -111,10 +112,15 @@ class Seen:
 
 def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     """Elements, doors and windows, and what is not drawn."""
-    model, surface, elements = seen.model, seen.surface, seen.model.elements
+    model, elements = seen.model, seen.model.elements
     to_model = seen.placement.to_model(seen.anchor)
     tolerances = [settings.tolerance_of(e.ifc_class) for e in elements]
-    results = judge_elements(elements, surface, tolerances, to_model)
+    results = judge_elements(elements, seen.surface, tolerances, to_model)
+    missing = frozenset(result.guid for result in results if result.status == "missing")
+    if missing:
+        seen = _without(inputs, seen, missing)
+        results = judge_elements(elements, seen.surface, tolerances, to_model)
+    surface = seen.surface
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
     centres = surface.table.centres()
@@ -162,21 +168,34 @@ def _stations(summaries: Sequence[ScanSummary]) -> F64:
     return out
 
 
-def _seen(
-    inputs: Inputs,
-    model: IfcModel,
-    table: FaceTable,
-    placement: Placement,
-    count: NDArray[np.int64],
-    anchor: F64,
-    progress: Progress,
-) -> NDArray[np.uint8]:
-    """What the stations saw of the cells without points."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Looked:
+    """What stations look at: the placed faces of a model, and the points (c,) of their cells."""
+
+    model: IfcModel
+    table: FaceTable
+    placement: Placement
+    count: NDArray[np.int64]
+    anchor: F64
+
+
+def _seen(inputs: Inputs, looked: Looked, missing: frozenset[str], progress: Progress) -> NDArray[np.uint8]:
+    """What the stations saw of the cells without points; what is ``missing`` (GlobalIds) hides nothing."""
     panoramas = load_panoramas(inputs.scan_folders)
-    asked = [panorama for station, panorama in panoramas.items() if not placement.ignored[station]]
-    bodies = opaque_bodies(model.elements, anchor, placement.matrix)
-    judged = np.array([e.role in ("compared", "patch") for e in model.elements])
-    return look(table, bodies, asked, (count == 0) & judged[table.cell_element], progress)
+    elements, table = looked.model.elements, looked.table
+    asked = [panorama for station, panorama in panoramas.items() if not looked.placement.ignored[station]]
+    there = [e for e in elements if e.guid not in missing]
+    bodies = opaque_bodies(there, looked.anchor, looked.placement.matrix)
+    judged = np.array([e.role in ("compared", "patch") for e in elements])
+    return look(table, bodies, asked, (looked.count == 0) & judged[table.cell_element], progress)
+
+
+def _without(inputs: Inputs, seen: Seen, missing: frozenset[str]) -> Seen:
+    """The same, with what stands behind drawn elements that were not built: stations see it."""
+    surface = seen.surface
+    looked = Looked(seen.model, surface.table, seen.placement, surface.measured.count, seen.anchor)
+    bits = _seen(inputs, looked, missing, lambda _: None)
+    return replace(seen, surface=Surface(surface.table, surface.measured, surface.bits | bits, surface.reveal))
 
 
 def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.hanging import difference
 from scan2bim.verify.ifc_model import ModelElement
-from scan2bim.verify.jambs import Change, built_face, detected_change, extent_change, outline_change
+from scan2bim.verify.jambs import CERTAIN, Change, built_face, detected_change, extent_change, outline_change
 from scan2bim.verify.outlines import Outline, Profiles, find_extent, find_outline
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
@@ -29,10 +29,6 @@ FLUSH = 0.006
 registration. Leaves and frames mostly lie deeper."""
 CLOSED_UP = 0.85
 """Share of what was seen in an opening that continues the wall, on each side, from which on it is walled up."""
-ONE_SIDE = 0.95
-"""The same, of an opening seen from one side alone: a closed leaf may be flush there, and is detected mostly."""
-SEEN_WELL = 0.8
-"""Share of such a side that must be seen."""
 SEEN = 0.30
 """Share of an opening that must be seen on a side for that side to speak."""
 SIDEWAYS = 1.2
@@ -174,8 +170,12 @@ def _judge(
 def _outline(context: OpeningContext, number: int, found: Detected | None) -> Outline | None:
     """The built sides of an opening, looked for at its drawn place and where one was detected."""
     gap = context.gaps[number]
-    seeds = [0.0] if found is None else [0.0, float((found.middle[:2] - gap.middle[:2]) @ gap.along)]
-    return find_outline(context.profiles, number, _built_faces(context, number), seeds)
+    faces = _built_faces(context, number)
+    if found is None:
+        return find_outline(context.profiles, number, faces, [0.0], None)
+    aside, wider = float((found.middle[:2] - gap.middle[:2]) @ gap.along), (found.width - gap.width) / 2
+    sides = (aside - wider, -aside - wider) if found.confidence > CERTAIN else None
+    return find_outline(context.profiles, number, faces, [0.0, aside], sides)
 
 
 def _built_faces(context: OpeningContext, number: int) -> tuple[F64, F64]:
@@ -200,8 +200,7 @@ def _finding(
     sure = found is not None and found.confidence >= SURE
     if speaking and all(side.flush >= CLOSED_UP for side in speaking) and not sure:
         # A closed leaf may be flush with one face of its wall, never with both.
-        alone = speaking[0].flush >= ONE_SIDE and speaking[0].seen >= SEEN_WELL and found is None
-        sure = len(speaking) > 1 or alone or element.ifc_class != "IfcDoor"
+        sure = len(speaking) > 1 or element.ifc_class != "IfcDoor"
         return "walled_up" if sure else "unseen"
     if change.width:
         return "resized"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from scan2bim.cloud.tiles import POINT, STEPS, TILE
 from scan2bim.verify.compare import Owned
@@ -48,6 +48,11 @@ SMOOTH = 3
 """Bins that the density is smoothed over."""
 FEW = 2
 """Points inside the wall of a bin that speaks for an opening."""
+LINING = 0.08
+"""Metres by which a detected opening may be wider than the built one on a side."""
+EDGE = 7
+"""Bins in a row with more points inside the wall than on its faces that show that it is not solid there: the reveal of
+an opening alone fills fewer."""
 STRIP = 0.15
 """Metres beside a side in which these are counted."""
 
@@ -132,10 +137,17 @@ def _count(raw, owner, corner, places, shape, start, counts):  # pyright: ignore
                 counts[start[g] + a * shape[g, 1] + b] += 1
 
 
-def find_outline(profiles: Profiles, number: int, faces: tuple[F64, F64], seeds: Sequence[float]) -> Outline | None:
+def find_outline(
+    profiles: Profiles,
+    number: int,
+    faces: tuple[F64, F64],
+    seeds: Sequence[float],
+    detected: tuple[float, float] | None,
+) -> Outline | None:
     """The opening round one of the ``seeds`` (metres along the wall from the drawn middle) that most speaks for, None
     where the scans do not show its sides. faces: offset and slope (2,) along the wall of the lower and the upper face
-    as built, metres across it from the drawn middle.
+    as built, metres across it from the drawn middle. detected: metres by which the sides of a detected opening lie
+    inwards of the drawn start and end: they stand for a side beside which no wall was seen, if the other was.
     """
     gap, half = profiles.gaps[number], profiles.gaps[number].width / 2 + BESIDE
     on, inside = _counts(profiles, number, faces)
@@ -146,10 +158,19 @@ def find_outline(profiles: Profiles, number: int, faces: tuple[F64, F64], seeds:
     smooth = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1)
     walls = smooth >= dense[:, None]
     # A frame or a closed leaf may go on flush with a face, but then there is more inside the wall, which is solid.
-    hollow = inside >= np.maximum(on[seen].sum(axis=0), FEW)
+    hollow = minimum_filter1d((inside >= np.maximum(on[seen].sum(axis=0), FEW)).astype(np.uint8), EDGE) > 0
     solid, wall = walls.all(axis=0) & ~hollow, walls.any(axis=0) & ~hollow
-    found = [_outline(wall, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
-    return max((o for o in found if o is not None), key=lambda o: o.weight, default=None)
+    sides = [_sides(wall, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
+    found = [Outline(start, end, weight) for start, end, weight in sides if start and end]
+    if not found and detected is not None:
+        told = [_told(inwards) for inwards in detected]
+        found = [Outline(start or told[0], end or told[1], weight) for start, end, weight in sides if start or end]
+    return max(found, key=lambda o: o.weight, default=None)
+
+
+def _told(inwards: float) -> Side:
+    """A side as a detected opening tells it, which takes a lining for a part of the opening, or leaves a frame out."""
+    return Side(inwards, inwards, inwards, inwards < -LINING)
 
 
 def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[float, float] | None:
@@ -184,17 +205,18 @@ def _counts(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[F6
     return on.astype(np.float64), (image * within).sum(axis=1).astype(np.float64)
 
 
-def _outline(wall: Mask, solid: Mask, inside: F64, seed: int, width: float) -> Outline | None:
-    """The stretch of bins round a seed that most speaks for, with its sides; wall (n,) bins with wall on a face that
-    was seen, solid (n,) those with wall on all of them, inside (n,) points inside it.
+def _sides(wall: Mask, solid: Mask, inside: F64, seed: int, width: float) -> tuple[Side | None, Side | None, float]:
+    """Start and end, None where no wall was seen, of the stretch of bins round a seed that most speaks for, and how
+    much; wall (n,) bins with wall on a face that was seen, solid (n,) those with wall on all of them, inside (n,)
+    points inside it.
     """
     if not 0 < seed < len(wall) or wall[seed]:
-        return None
+        return None, None, 0.0
     speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))
     (to_left, left), (to_right, right) = (_most(np.cumsum(part)) for part in (speaks[:seed][::-1], speaks[seed:]))
     start = _side(wall[::-1], solid[::-1], inside[::-1], len(wall) - seed + to_left, width)
     end = _side(wall, solid, inside, seed + to_right, width)
-    return Outline(start, end, left + right) if start and end else None
+    return start, end, left + right
 
 
 def _most(sums: F64) -> tuple[int, float]:

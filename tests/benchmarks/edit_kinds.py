@@ -17,6 +17,9 @@ from edit_truth import F64, Seen
 
 from scan2bim.verify.patches import main_direction
 
+LEAST_PLAN = 1.5
+"""Square metres, in plan, of a slab that the scans must show."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edit:
@@ -186,7 +189,11 @@ def _copied(file: Any, product: Any) -> Any:
 
 
 def lower_slab(subject: Subject) -> Edit | None:
-    """By 20 to 100 mm, where no other slab lies under it: a finish drawn into its screed cannot be told."""
+    """By 20 to 100 mm, where the scans show more than its edges, and no other slab lies under it: a finish drawn into
+    its screed cannot be told.
+    """
+    if subject.seen.plan_area(subject.product.GlobalId) < LEAST_PLAN:
+        return None
     size = float(subject.rng.uniform(0.020, 0.100))
     low, high = _box(subject.points)
     others = [subject.bodies[s.GlobalId] for s in subject.file.by_type("IfcSlab") if s.GlobalId in subject.bodies]

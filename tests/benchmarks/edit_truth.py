@@ -41,6 +41,13 @@ class Seen:
         mine = self.points[self.element == self.guids.index(guid)]
         return len(np.unique(np.floor(mine / VOXEL).astype(np.int32), axis=0)) * VOXEL**2
 
+    def plan_area(self, guid: str) -> float:
+        """The same in plan: of what stands upright only the thickness counts."""
+        if guid not in self.guids:
+            return 0.0
+        mine = self.points[self.element == self.guids.index(guid)][:, :2]
+        return len(np.unique(np.floor(mine / VOXEL).astype(np.int32), axis=0)) * VOXEL**2
+
     def is_seen_opening(self, guid: str) -> bool:
         """Whether a door or window can be seen, by the truth."""
         fills = [*self.truth["doors"], *self.truth["windows"]]

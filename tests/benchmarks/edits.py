@@ -227,7 +227,10 @@ def _told(edit: Edit, found: ElementResult) -> bool:
     if edit.kind == "wall thickened":
         medians = [abs(f.median) for f in found.faces if f.median is not None and f.measured > 0.5]
         return any(abs(m - edit.size) <= SHIFT_LIMIT for m in medians)
-    return abs(math.hypot(*found.fit.shift) - edit.size) <= SHIFT_LIMIT
+    told = math.hypot(*found.fit.shift)
+    # What moves along its own surface looks as before: of a sloping roof that was lowered one sees the part across it.
+    shown = abs(found.fit.shift[2]) / max(told, 1e-9) if edit.kind == "slab lowered" else 1.0
+    return abs(told - edit.size * shown) <= SHIFT_LIMIT
 
 
 def _is_it(addition: Addition, edit: Edit) -> bool:
