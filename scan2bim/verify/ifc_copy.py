@@ -65,6 +65,9 @@ def _properties(file: ifcopenshell.file, product: Any, element: ElementResult, h
     if element.opening is not None:
         values["Finding"] = ("IfcLabel", element.opening.finding)
     make: Any = file.create_entity
+    for old in (_product(file, _guid(element.guid + part)) for part in ("rel", "set")):
+        if old is not None:  # the copy of a copy
+            file.remove(old)
     properties = [
         make("IfcPropertySingleValue", Name=name, NominalValue=make(kind, value))
         for name, (kind, value) in values.items()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d, uniform_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from scan2bim.cloud.tiles import POINT, STEPS, TILE
 from scan2bim.verify.compare import Owned
@@ -51,8 +51,7 @@ FEW = 2
 LINING = 0.08
 """Metres by which a detected opening may be wider than the built one on a side."""
 EDGE = 7
-"""Bins in a row with more points inside the wall than on its faces that show that it is not solid there: the reveal of
-an opening alone fills fewer."""
+"""Bins over which points inside the wall and on its faces are compared: wider than a reveal with its noise."""
 STRIP = 0.15
 """Metres beside a side in which these are counted."""
 
@@ -158,7 +157,7 @@ def find_outline(
     smooth = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1)
     walls = smooth >= dense[:, None]
     # A frame or a closed leaf may go on flush with a face, but then there is more inside the wall, which is solid.
-    hollow = minimum_filter1d((inside >= np.maximum(on[seen].sum(axis=0), FEW)).astype(np.uint8), EDGE) > 0
+    hollow = _hollow(on[seen].sum(axis=0), inside)
     solid, wall = walls.all(axis=0) & ~hollow, walls.any(axis=0) & ~hollow
     sides = [_sides(wall, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
     found = [Outline(start, end, weight) for start, end, weight in sides if start and end]
@@ -166,6 +165,13 @@ def find_outline(
         told = [_told(inwards) for inwards in detected]
         found = [Outline(start or told[0], end or told[1], weight) for start, end, weight in sides if start or end]
     return max(found, key=lambda o: o.weight, default=None)
+
+
+def _hollow(on: F64, inside: F64) -> Mask:
+    """Bins (n,) of stretches with more points inside the wall than on its faces, longer than a reveal alone makes."""
+    more = uniform_filter1d(inside, EDGE) >= np.maximum(uniform_filter1d(on, EDGE), FEW / EDGE)
+    kept = minimum_filter1d(more.astype(np.uint8), 2 * EDGE - 1)
+    return np.asarray(maximum_filter1d(kept, EDGE) > 0)
 
 
 def _told(inwards: float) -> Side:

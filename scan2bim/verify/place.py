@@ -143,7 +143,7 @@ def _residuals(building: Building | None) -> dict[str, ScanResidual]:
     return {scan.name: scan.residual for scan in scans if scan.residual is not None}
 
 
-def _is_vouched_for(shift: F64, residual: ScanResidual | None) -> bool:
+def is_vouched_for(shift: F64, residual: ScanResidual | None) -> bool:
     """Whether a scan that lies off the model by ``shift`` (3,) lies where the other scans say."""
     if residual is None:
         return False
@@ -166,7 +166,7 @@ def _scans(
     names = {s.station: s.name for s in summaries if s.position is not None}
     own = {n: c for n, c in scan_corrections(target, sample, matrix).items() if n in names}
     off = {n for n, c in own.items() if float(np.linalg.norm(c.shift)) > OFF and c.gain > GAIN}
-    off = {n for n in off if not _is_vouched_for(own[n].shift, residuals.get(names[n]))}
+    off = {n for n in off if not is_vouched_for(own[n].shift, residuals.get(names[n]))}
     if len(own) < 3 or len(off) > (1 - OTHERS_FIT) * len(own):
         off = set[int]()
     ignored = np.zeros(stations, bool)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from scan2bim.verify.hanging import OPENED, Hanging, difference
 
 F64 = NDArray[np.float64]
 VOXEL = 0.05
@@ -53,6 +56,13 @@ class Seen:
         fills = [*self.truth["doors"], *self.truth["windows"]]
         return any(f["guid"] == guid and f["observable"] for f in fills)
 
+    def hung_otherwise(self, drawn: dict[str, Hanging]) -> set[str]:
+        """Doors whose leaf the scans show open, hung otherwise than ``drawn`` (by GlobalId)."""
+        doors = [d for d in self.truth["doors"] if d["observable"] and d["state"] == "open" and d["guid"] in drawn]
+        return {
+            d["guid"] for d in doors if d["angle"] >= math.degrees(OPENED) and difference(drawn[d["guid"]], _hung(d))
+        }
+
     def crossed(self, rectangle: F64) -> float:
         """Share of the cells of a rectangle (corner and two edges, (3, 3)) that rays to points behind went through."""
         corner, u, v = rectangle[0] - self.origin, rectangle[1], rectangle[2]
@@ -82,6 +92,13 @@ class Seen:
         hit = np.zeros(_shape(u, v), bool)
         _mark(near.astype(np.float64), u, v, hit)
         return float(hit.mean())
+
+
+def _hung(door: dict[str, Any]) -> Hanging:
+    """As the truth tells it: corners from u0 to u1, hinge at one of them."""
+    along = np.array(door["corners"][1][:2]) - np.array(door["corners"][0][:2])
+    along /= np.linalg.norm(along)
+    return Hanging(along if door["hinge"] == "u1" else -along, np.array(door["opens_to"]))
 
 
 def _shape(u: F64, v: F64) -> tuple[int, int]:

@@ -50,7 +50,8 @@ observable, of what was not built half of one side that rays went through, of wh
 *Right* is the status: out of tolerance where it was shifted, turned, thickened, lowered, moved or resized by more than
 10 mm, missing where it was not built or is walled up; what is not drawn must be an addition of the right kind at its
 place. Slabs are not lowered into others that they lie on. *Told*: of the right ones, those told within 3 mm and 0.1
-degrees."""
+degrees; of a sloping roof the part across it. The scenes hang some doors by chance otherwise than the models draw them:
+that is a finding, and no false one."""
 
 
 def main() -> int:
@@ -73,12 +74,17 @@ def main() -> int:
             scenes[name] = Original(scene / "reference.ifc", read_model(scene / "reference.ifc"), load_seen(scene))
         model = work / f"edited_{number}.ifc"
         edits = edit_model(scenes[name], model, options.edits, number)
-        outcomes.append(compare(scenes[name].seen, verified(model, scene, work, f"run_{number}"), edits))
+        outcomes.append(compare(scenes[name], verified(model, scene, work, f"run_{number}"), edits))
         print(name, *outcomes[-1].lines, sep="\n  ", file=sys.stderr, flush=True)
-    text = "\n\n".join([INTRODUCTION, edits_table(outcomes), unedited_table(bases), false_line(outcomes)])
+    text = section(outcomes, bases, scenes)
     write_section("edits", text)
     print(text)
     return 0
+
+
+def section(outcomes: Sequence[Outcome], bases: dict[str, Report], scenes: dict[str, Original]) -> str:
+    """The text for docs/results.md."""
+    return "\n\n".join([INTRODUCTION, edits_table(outcomes), unedited_table(bases, scenes), false_line(outcomes)])
 
 
 def verified(model: Path, scene: Path, work: Path, name: str) -> Report:
@@ -112,6 +118,10 @@ class Original:
         while guid in holders:
             guid = holders[guid] or ""
         return guid
+
+    def hung_otherwise(self) -> set[str]:
+        """Doors that the scene hangs otherwise than the model draws them, by chance: open ones show it."""
+        return self.seen.hung_otherwise({e.guid: e.hanging for e in self.model.elements if e.hanging is not None})
 
     def pool(self, kind: str) -> list[str]:
         """GlobalIds of the seen elements that a change may be made to."""
@@ -163,19 +173,24 @@ class Outcome:
     lines: tuple[str, ...]
 
 
-def compare(seen: Seen, report: Report, edits: Sequence[Edit]) -> Outcome:
+def compare(original: Original, report: Report, edits: Sequence[Edit]) -> Outcome:
     """What was found of the changes and beside them."""
+    seen, otherwise = original.seen, original.hung_otherwise()
     results = {e.guid: e for e in report.elements}
     judged = [(edit.kind, is_seen(seen, edit), *_judge(edit, results.get(edit.guid), report)) for edit in edits]
     touched = ({e.guid for e in edits} | {e.host for e in edits}) - {""}
     rest = [e for e in report.elements if e.guid not in touched and _host(e) not in touched]
     verdicts = [e for e in rest if e.status in ("in_tolerance", *FAULTS)]
-    false = [e for e in verdicts if e.status in FAULTS]
+    false = [e for e in verdicts if e.status in FAULTS and not (e.guid in otherwise and _swings_otherwise(e))]
     added = [a for a in report.additions if a.guess != "object" and not any(_meets(a, edit) for edit in edits)]
     lines = [_line(edit, entry, results.get(edit.guid)) for edit, entry in zip(edits, judged, strict=True)]
     lines += [f"FALSE {e.ifc_class} {e.name} {e.guid} {e.status} {e.reason}" for e in false]
     lines += [f"ADDED {a.guess} {a.lower} {a.upper} {a.sentence}" for a in added]
     return Outcome(tuple(judged), len(verdicts), len(false), len(added), tuple(lines))
+
+
+def _swings_otherwise(element: ElementResult) -> bool:
+    return element.opening is not None and element.opening.finding == "other_swing"
 
 
 def _host(element: ElementResult) -> str:
@@ -263,16 +278,20 @@ def edits_table(outcomes: Sequence[Outcome]) -> str:
     return table(["change", "made", "seen", "right status", "shift, turn told"], rows)
 
 
-def unedited_table(bases: dict[str, Report]) -> str:
-    """The unchanged models: statuses and accuracy."""
+def unedited_table(bases: dict[str, Report], scenes: dict[str, Original]) -> str:
+    """The unchanged models: statuses and accuracy, and doors that the scenes hang otherwise than drawn."""
     rows: list[list[str]] = []
     for name, base in bases.items():
         counts = base.counts()
         loa = Counter(e.loa for e in base.elements if e.loa)
         good = sum(loa[band] for band in ("LOA50", "LOA40", "LOA30"))
-        faults = counts["out_of_tolerance"] + counts["missing"]
-        rows.append([name, str(counts["in_tolerance"]), str(faults), f"{good} of {sum(loa.values())}"])
-    return "The unchanged models:\n\n" + table(["scene", "in tolerance", "at fault", "LOA30 or better"], rows)
+        swings = {e.guid for e in base.elements if _swings_otherwise(e)}
+        otherwise = scenes[name].hung_otherwise()
+        faults = counts["out_of_tolerance"] + counts["missing"] - len(swings & otherwise)
+        told = f"{len(swings & otherwise)} of {len(otherwise)}"
+        rows.append([name, str(counts["in_tolerance"]), str(faults), f"{good} of {sum(loa.values())}", told])
+    head = ["scene", "in tolerance", "at fault", "LOA30 or better", "open doors hung otherwise, told"]
+    return "The unchanged models:\n\n" + table(head, rows)
 
 
 def false_line(outcomes: Sequence[Outcome]) -> str:

@@ -29,13 +29,14 @@ def scanned(start: float, end: float, frame: float = 0.0) -> np.ndarray:
     return np.concatenate([faces, reveals]) + GAP.middle
 
 
-def change(start: float, end: float, frame: float = 0.0) -> Change:
+def change(start: float, end: float, frame: float = 0.0, more: np.ndarray | None = None) -> Change:
     profiles = Profiles([GAP])
-    records = np.zeros(len(points := scanned(start, end, frame)), POINT)
+    points = scanned(start, end, frame) if more is None else np.concatenate([scanned(start, end, frame), more])
+    records = np.zeros(len(points), POINT)
     for axis, name in enumerate("xyz"):
         records[name] = points[:, axis] / TILE * STEPS
     profiles(Owned(np.zeros(3), records, np.zeros(len(points), np.int32)))
-    outline = find_outline(profiles, 0, (np.array([-HALF, 0.0]), np.array([HALF, 0.0])), [0.0])
+    outline = find_outline(profiles, 0, (np.array([-HALF, 0.0]), np.array([HALF, 0.0])), [0.0], None)
     assert outline is not None
     return outline_change(outline, 0.01, None)
 
@@ -58,3 +59,14 @@ def test_an_opening_wider_or_narrower_on_one_side_is_told_as_resized(wider: floa
     found = change(-WIDTH / 2, WIDTH / 2 + wider)
     assert found.width == pytest.approx(wider, abs=0.008)
     assert found.shift == pytest.approx(wider / 2, abs=0.004)
+
+
+@pytest.mark.parametrize("shift", [0.25, -0.25])
+def test_a_door_that_is_closed_flush_with_one_face_is_told_by_the_other(shift: float) -> None:
+    start, end = shift - WIDTH / 2, shift + WIDTH / 2
+    rng = np.random.default_rng(3)
+    leaf = np.column_stack([rng.uniform(start, end, 20_000), np.full(20_000, -HALF), rng.uniform(-1.0, 1.0, 20_000)])
+    behind = leaf + np.array([0.0, 0.04, 0.0])
+    told = change(start, end, more=np.concatenate([leaf, behind, behind]) + GAP.middle)
+    assert told.width == 0.0
+    assert told.shift == pytest.approx(shift, abs=0.004)
