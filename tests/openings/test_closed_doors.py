@@ -95,6 +95,13 @@ def test_a_trim_is_not_part_of_the_opening() -> None:
     assert (box.left, box.right, box.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.01)
 
 
+def test_a_board_beside_a_door_is_not_its_trim() -> None:
+    image = face(0.0, 0.2)
+    image.depth[:200, 255:262] += 0.02
+    box, *_ = refined([face_of(image)], DOOR)
+    assert box.right == pytest.approx(DOOR.right, abs=0.006)
+
+
 def test_stations_of_different_exposure_agree_in_the_orthoimage() -> None:
     rng = np.random.default_rng(1)
     n = 60_000

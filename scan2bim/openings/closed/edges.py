@@ -224,6 +224,8 @@ def _trim(profile: _Profile, wall: float) -> Edge | None:
             continue
         top = float(np.median(depth[first : last + 1]))
         inner = _crossing(t, depth, first - 1, (top + depth[first - 2]) / 2)
+        if inner > FARTHEST:
+            return None
         lined = _lining(profile, depth - wall, first, inner)
         kind: Kind = "lined" if lined else "trim"
         return Edge(inner + LAP * lined, SIGMAS[kind], kind, True)
@@ -292,6 +294,6 @@ def _outermost_step(profile: _Profile) -> Edge | None:
             at = max(near, key=lambda j: abs(values[j + 1, k] - values[j, k]))
             place = _crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2)
             return Edge(place, SIGMAS["step"], "step", bool(outer[3] - inner[3] > DEPTH_STEP))
-        if t[i] < NEAR and _hairline(profile, i, i - 1) is not None:
+        if abs(t[i]) < NEAR and _hairline(profile, i, i - 1) is not None:
             return Edge(float(t[i]) + FRAME, SIGMAS["gap"], "gap", False)
     return None
