@@ -61,10 +61,13 @@ def draw_scanner(view: View, position: Point3) -> Iterator[Mark]:
 
 
 def opening_label(view: View, wall: Wall, opening: Opening) -> Text:
-    """Width and height in metres beside the opening, on the side to which no leaf swings, else inside."""
-    swing = opening.fill.swing_side if isinstance(opening.fill, Door) else "unknown"
-    side = {"left": -1, "right": 1}.get(swing) or -outer_side(wall) or -1
+    """Width and height in metres beside the opening: inside, where lengths are written outside, behind what a leaf
+    sweeps; else on the side to which no leaf swings.
+    """
+    swing = {"left": 1, "right": -1}.get(opening.fill.swing_side, 0) if isinstance(opening.fill, Door) else 0
+    side = -outer_side(wall) or -swing or -1
     x, y = opening.offset.value + opening.width.value / 2, wall.thickness.value / 2
+    y += opening.width.value if swing == side else 0.0
     foot, tip = (view.page([to_plan(wall, x, side * reach)])[0] for reach in (y, y + 1.0))
     direction = (tip - foot) / view.scale
     words = f"{opening.width.value:.2f} × {opening.height.value:.2f}"
