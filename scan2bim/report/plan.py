@@ -15,7 +15,8 @@ from scan2bim.model.dimension_lines import dimension_lines
 from scan2bim.model.elements import Building, Door, Opening, Ring, Space, Storey, Window
 from scan2bim.model.shapes import opening_outline, wall_footprints
 from scan2bim.report import palette, plan_dimensions
-from scan2bim.report.plan_symbols import draw_opening, draw_scanner, draw_stair, opening_label
+from scan2bim.report.plan_labels import opening_labels
+from scan2bim.report.plan_symbols import draw_opening, draw_scanner, draw_stair
 from scan2bim.report.raster import sheet_image
 from scan2bim.report.sheet import Floats, Image, Mark, Picture, Shape, Sheet, Text, View, line, text_width
 
@@ -196,13 +197,13 @@ def _storey_marks(view: View, storey: Storey, building: Building, background: Pl
             yield line(view.page(edge), colour, 3, dash=7)
     for chain in dimension_lines(storey, building):
         yield from plan_dimensions.draw_dimensions(view, chain)
-    for position in scanner_positions(storey, building):
+    scanners = scanner_positions(storey, building)
+    for position in scanners:
         yield from draw_scanner(view, position)
+    names = [text for space in storey.spaces for text in _space_label(view, space)]
     if view.scale >= _LABELLED:
-        for wall, opening in hosted:
-            yield opening_label(view, wall, opening)
-    for space in storey.spaces:
-        yield from _space_label(view, space)
+        yield from opening_labels(view, hosted, names, scanners)
+    yield from names
 
 
 def _walls(view: View, storey: Storey, see_through: bool) -> Iterator[Mark]:
@@ -264,7 +265,7 @@ def _pool(counts: Floats, join: int) -> Floats:
     return blocks.max(axis=(1, 3))
 
 
-def _space_label(view: View, space: Space) -> Iterator[Mark]:
+def _space_label(view: View, space: Space) -> Iterator[Text]:
     """Name and area in the middle of the widest part, as large as fits, at least legible."""
     import shapely
 

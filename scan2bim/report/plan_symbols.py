@@ -60,9 +60,9 @@ def draw_scanner(view: View, position: Point3) -> Iterator[Mark]:
         yield line(np.array([[x - dx, y - dy], [x + dx, y + dy]], np.float64), SCANNER, 1)
 
 
-def opening_label(view: View, wall: Wall, opening: Opening) -> Text:
+def opening_label(view: View, wall: Wall, opening: Opening, further: float = 0.0) -> Text:
     """Width and height in metres beside the opening: inside, where lengths are written outside, behind what a leaf
-    sweeps; else on the side to which no leaf swings.
+    sweeps; else on the side to which no leaf swings. further: pixels that it is moved away from there.
     """
     swing = {"left": 1, "right": -1}.get(opening.fill.swing_side, 0) if isinstance(opening.fill, Door) else 0
     side = -outer_side(wall) or -swing or -1
@@ -72,7 +72,7 @@ def opening_label(view: View, wall: Wall, opening: Opening) -> Text:
     direction = (tip - foot) / view.scale
     words = f"{opening.width.value:.2f} × {opening.height.value:.2f}"
     half_width = 0.28 * 10 * len(words)  # pixels of a text of size 10
-    reach = 8 + abs(float(direction[0])) * half_width
+    reach = 8 + further + abs(float(direction[0])) * half_width
     place = foot + direction * reach
     return Text(float(place[0]), float(place[1]) + 4, words, 10, opening_colour(opening), "middle", halo=True)
 

@@ -7,8 +7,24 @@ import pytest
 from buildings import door, wall
 
 from scan2bim.model.elements import Wall
+from scan2bim.report.plan_labels import opening_labels
 from scan2bim.report.plan_symbols import opening_label
-from scan2bim.report.sheet import View
+from scan2bim.report.sheet import Text, View
+
+
+def test_sizes_stand_off_each_other_names_and_scanners():
+    openings = tuple(door(str(k), 1.0 + 0.05 * k, 1.0, hinge_side="start", swing_side="right") for k in range(3))
+    host = wall("w", (0.0, 0.0), (6.0, 0.0), 0.2, 0.0, openings=openings)
+    host = host.model_copy(update={"start": (0.0, 0.0), "end": (6.0, 0.0)})
+    view = View(100.0, 0.0, 500.0)
+    free = [label.y for label in opening_labels(view, [(host, o) for o in openings], [], [])]
+    assert min(np.diff(sorted(free))) >= 10.0
+    first = next(iter(opening_labels(view, [(host, openings[0])], [], [])))
+    name = Text(first.x, first.y, "Hall", 18.0, (0, 0, 0), "middle")
+    moved = next(iter(opening_labels(view, [(host, openings[0])], [name], [])))
+    assert abs(moved.y - name.y) > 10.0
+    scanner = (first.x / 100.0, (500.0 - first.y) / 100.0, 1.5)
+    assert abs(next(iter(opening_labels(view, [(host, openings[0])], [], [scanner]))).y - first.y) > 8.0
 
 
 def labelled(swing: str, external: bool) -> float:
