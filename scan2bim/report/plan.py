@@ -130,8 +130,8 @@ def _lines(shape: shapely.Geometry) -> list[Floats]:
 
 def _sheet(building: Building, storeys: Sequence[Storey], background: PlanBackground | None) -> Sheet:
     """One panel a storey, in rows, all at one scale, and the legend below."""
-    extents = [_extent(storey) for storey in storeys]
-    scale = _scale(extents)
+    extents = [_extent(storey, building) for storey in storeys]
+    scale = _scale([_extent(storey) for storey in storeys])
     columns = len(storeys) if len(storeys) <= _IN_A_ROW else math.ceil(math.sqrt(len(storeys)))
     captions = [_counts(storey, find_open_edges(storey)) for storey in storeys]
     plans = [extent.size[0] * scale + 2 * _MARGIN for extent in extents]
@@ -150,8 +150,10 @@ def _sheet(building: Building, storeys: Sequence[Storey], background: PlanBackgr
     return Sheet(math.ceil(sheet_width), math.ceil(bottom + _LEGEND_ROW), (*marks, *legend))
 
 
-def _extent(storey: Storey) -> _Extent:
-    rings: list[Ring] = [*wall_footprints(storey).values()]
+def _extent(storey: Storey, building: Building | None = None) -> _Extent:
+    """The bounds of a storey; within a building also of its lines of lengths, before they are moved off it."""
+    lines = () if building is None else dimension_lines(storey, building)
+    rings: list[Ring] = [*wall_footprints(storey).values(), *(chain.points for chain in lines)]
     for group in (storey.spaces, storey.slabs, storey.columns, storey.stairs):
         rings += [element.outline for element in group]
     points = np.array([point for ring in rings for point in ring] or [(0.0, 0.0), (5.0, 4.0)])
@@ -187,7 +189,7 @@ def _storey_marks(view: View, storey: Storey, building: Building, background: Pl
     for column in storey.columns:
         yield Shape((view.page(column.outline),), fill=palette.COLUMN, stroke=palette.INK, opacity=opacity)
     if background is not None:
-        yield _slice_picture(view, _crop(background, _extent(storey), _MARGIN / 2 / view.scale))
+        yield _slice_picture(view, _crop(background, _extent(storey, building), _MARGIN / 2 / view.scale))
     hosted = [(wall, opening) for wall in storey.walls for opening in wall.openings]
     for wall, opening in hosted:
         yield from draw_opening(view, wall, opening)

@@ -20,13 +20,13 @@ Box = tuple[float, float, float, float]
 def opening_labels(
     view: View, hosted: Iterable[tuple[Wall, Opening]], names: Sequence[Text], scanners: Iterable[Point3]
 ) -> Iterator[Text]:
-    """The size of each opening beside it, as near as it is free of what stands there already."""
+    """The size of each opening beside it, as near as it is most free of what stands there already."""
     taken = [_box(name) for name in names]
     for x, y in (view.page([position[:2]])[0].tolist() for position in scanners):
         taken.append((x - _RING, y - _RING, x + _RING, y + _RING))
     for wall, opening in hosted:
         tries = [opening_label(view, wall, opening, step) for step in _STEPS]
-        label = next((text for text in tries if not any(_meet(_box(text), box) for box in taken)), tries[0])
+        label = min(tries, key=lambda text: sum(_shared(_box(text), box) for box in taken))
         taken.append(_box(label))
         yield label
 
@@ -36,5 +36,8 @@ def _box(text: Text) -> Box:
     return text.x - half, text.y - 0.8 * text.size, text.x + half, text.y + 0.2 * text.size
 
 
-def _meet(one: Box, other: Box) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def _shared(one: Box, other: Box) -> float:
+    """Square pixels that two boxes share."""
+    width = min(one[2], other[2]) - max(one[0], other[0])
+    height = min(one[3], other[3]) - max(one[1], other[1])
+    return max(width, 0.0) * max(height, 0.0)

@@ -67,7 +67,8 @@ def opening_label(view: View, wall: Wall, opening: Opening, further: float = 0.0
     swing = {"left": 1, "right": -1}.get(opening.fill.swing_side, 0) if isinstance(opening.fill, Door) else 0
     side = -outer_side(wall) or -swing or -1
     x, y = opening.offset.value + opening.width.value / 2, wall.thickness.value / 2
-    y += opening.width.value if swing == side else 0.0
+    if isinstance(opening.fill, Door) and swing == side:
+        y += opening.width.value / (opening.fill.leaves or 1)
     foot, tip = (view.page([to_plan(wall, x, side * reach)])[0] for reach in (y, y + 1.0))
     direction = (tip - foot) / view.scale
     words = f"{opening.width.value:.2f} × {opening.height.value:.2f}"

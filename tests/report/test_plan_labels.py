@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from buildings import door, wall
+from buildings import YAW, door, measured, wall
 
-from scan2bim.model.elements import Wall
+from scan2bim.model.elements import Building, Frame, Storey, Wall
+from scan2bim.report.plan import storey_sheet
 from scan2bim.report.plan_labels import opening_labels
 from scan2bim.report.plan_symbols import opening_label
-from scan2bim.report.sheet import Text, View
+from scan2bim.report.sheet import Shape, Text, View
 
 
 def test_sizes_stand_off_each_other_names_and_scanners():
@@ -25,6 +26,20 @@ def test_sizes_stand_off_each_other_names_and_scanners():
     assert abs(moved.y - name.y) > 10.0
     scanner = (first.x / 100.0, (500.0 - first.y) / 100.0, 1.5)
     assert abs(next(iter(opening_labels(view, [(host, openings[0])], [], [scanner]))).y - first.y) > 8.0
+
+
+def test_all_of_a_plan_is_on_its_sheet_though_lengths_of_the_whole_reach_past_its_corners():
+    corners = [(0.0, 0.0), (9.0, 0.0), (9.0, 6.0), (14.0, 6.0), (14.0, 9.0), (0.0, 9.0)]
+    outer = list(zip(corners, [*corners[1:], corners[0]], strict=True))
+    walls = tuple(
+        wall(str(k), start, end, 0.3, 0.0).model_copy(update={"left_spaces": ("a",), "external": True})
+        for k, (start, end) in enumerate(outer)
+    )
+    storey = Storey(id="s", name="S", elevation=measured(0.0), walls=walls)
+    sheet = storey_sheet(storey, Building(id="b", name="B", storeys=(storey,), frame=Frame(yaw=YAW)))
+    drawn = np.concatenate([ring for mark in sheet.marks if isinstance(mark, Shape) for ring in mark.rings])
+    assert drawn.min() >= 0.0
+    assert drawn[:, 0].max() <= sheet.width and drawn[:, 1].max() <= sheet.height
 
 
 def labelled(swing: str, external: bool) -> float:
