@@ -270,7 +270,7 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
     reveals = sum(1 for side in sides if side.reveal > 0)
     if bottom > 0.0 and reveals >= 2:
         least = max(1, least - sum(1 for away in hidden if away > HIDDEN))
-    if supported < least or _is_whole(wall, box):
+    if supported < least or _is_whole(wall, box) or _backed(wall, image, box):
         return None
     lintel = _wall_above(image, left, right, top)
     glazed = _glazed_leaves(wall, image, box)
@@ -311,6 +311,16 @@ def _touching(wall: WallShape, box: Box) -> int:
     """How many of the wall's ends and its upper edge an opening reaches: there may be no wall, but a roof's slope."""
     length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
     return sum(1 for gap in (box[0], length - box[1], wall.top - wall.base - box[3]) if gap < 2 * PIXEL)
+
+
+def _backed(wall: WallShape, image: WallImage, box: Box) -> bool:
+    """Whether one face of an inner wall goes on across an opening in the other: rays went into a mirror, or a niche."""
+    if not (wall.left and wall.right):
+        return False
+    left, right, bottom, top = box
+    around = left - RING, right + RING, bottom - RING, top + RING
+    faces = [(part(points > 0, *box), part(points > 0, *around)) for points in image.faces]
+    return any(here.size and here.mean() > max(SOLID * ring.mean(), LEAST_THROUGH) for here, ring in faces)
 
 
 def _is_whole(wall: WallShape, box: Box) -> bool:
