@@ -179,6 +179,7 @@ def _wall(
             sigma=0.005 if shape.top_seen else None,
         ),
         profile=shape.profile,
+        bulge=shape.bulge,
         external=None if measured else True,
         left_spaces=tuple(space_ids[s] for s in shape.left),
         right_spaces=tuple(space_ids[s] for s in shape.right),

@@ -116,8 +116,7 @@ def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
 
 
 def _footprint(wall: WallShape) -> Polygon:
-    line = shapely.LineString([wall.start, wall.end])
-    return shapely.buffer(line, wall.thickness / 2, cap_style="square")
+    return shapely.buffer(wall.line, wall.thickness / 2, cap_style="square")
 
 
 def stairs_of(number: int, structure: StructureShape) -> tuple[Stair, ...]:

@@ -52,6 +52,15 @@ class Arc:
         y = (math.cos(start) - np.cos(turned)) / k + left * np.cos(turned)
         return np.stack([x, y], axis=-1)
 
+    def locate(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """How far along the arc (or its continuation) and to the left of it places x, y lie, metres: as ``place``."""
+        if self.curvature == 0.0:
+            return x, y
+        k, start = self.curvature, -self.angle / 2
+        u, v = x + math.sin(start) / k, math.cos(start) / k - y
+        turned = np.mod(np.arctan2(u * k, v * k) - start + np.pi - self.angle / 2, math.tau) - np.pi + self.angle / 2
+        return turned / k, 1.0 / k - math.copysign(1.0, k) * np.hypot(u, v)
+
     def nearest(self, x: float, y: float) -> float:
         """How far along the arc (or its continuation) the point nearest to x, y lies, metres."""
         if self.curvature == 0.0:

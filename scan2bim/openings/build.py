@@ -179,7 +179,7 @@ def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Pano
         return {}
     numbers = list(panoramas)
     places = shapely.points(np.array([panoramas[n].position[:2] for n in numbers]))
-    near = np.atleast_1d(shapely.distance(shapely.linestrings([wall.start, wall.end]), places) <= REACH)
+    near = np.atleast_1d(shapely.distance(wall.line, places) <= REACH)
     return {n: panoramas[n] for n, is_near in zip(numbers, near, strict=True) if is_near}
 
 
@@ -189,9 +189,8 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
         return opening
     if opening.height > TALLEST_DOOR:
         return replace(opening, kind="passage", state="unknown")
-    start, end = np.array(wall.start), np.array(wall.end)
-    direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
-    middle = start + (opening.offset + opening.width / 2) * direction
+    wall = wall.straight_at(opening.offset + opening.width / 2)
+    middle = wall.place(np.array([opening.offset + opening.width / 2]))[0]
     rows = index.along(np.array([middle, middle]), 1.5 * opening.width + wall.thickness, ordered=False)
     z = surfels.xyz[rows, 2]
     points = surfels.xyz[np.sort(rows[(z > wall.base) & (z < wall.top)])].astype(np.float64)
@@ -220,7 +219,7 @@ def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) 
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
         wall = storeys[opening.storey].walls[opening.wall]
-        length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+        length = wall.length
         alone = _beside(opening, [k for k in rivals if _overlap(opening, k)])
         fits = alone.offset > -0.01 and alone.offset + alone.width < length + 0.01
         if fits and not any(_overlap(alone, k) for k in rivals):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, tile_runs
 from scan2bim.errors import InputError
+from scan2bim.geometry.arcs import Arc
 from scan2bim.structure.shapes import WallShape
 
 BAND = 0.12
@@ -29,7 +30,7 @@ CELL = 0.1
 CELLS = round(TILE / CELL)
 HELD = 1 << 20
 """Points held until they are sorted by wall and written: 16 bytes each."""
-LINE = 8
+LINE = 10
 """Numbers of a wall's line."""
 BLOCK = np.dtype([("wall", "<i4"), ("tile", "<i4", (3,)), ("start", "<i8"), ("count", "<i8")])
 """Points of one wall and tile in the file that holds them meanwhile."""
@@ -106,11 +107,28 @@ def _read_wall(file: FileIO, blocks: NDArray[np.void], line: NDArray[np.float64]
 
 
 def _line(wall: WallShape) -> tuple[float, ...]:
-    """Start, direction, length, half of the thickness with the band, base and top of a wall."""
-    start, end = np.array(wall.start), np.array(wall.end)
-    length = float(np.linalg.norm(end - start))
-    direction = (end - start) / max(length, 1e-9)
-    return (*start, *direction, length, wall.thickness / 2 + BAND, wall.base, wall.top)
+    """Start, direction of the chord, length, half of the thickness with the band, base and top of a wall, the curvature
+    of its line and by how much that turns left from start to end.
+    """
+    reach, axis = wall.thickness / 2 + BAND, wall.axis
+    return (*wall.start, *wall.chord[0].tolist(), axis.length, reach, wall.base, wall.top, axis.curvature, axis.angle)
+
+
+def _arc_of(line: NDArray[np.float64]) -> Arc:
+    """The arc of a wall's line."""
+    half = line[9] / 2
+    return Arc(line[4] * float(np.sin(half) / half) if half else line[4], float(np.tan(half / 2)))
+
+
+@nb.njit(cache=True, nogil=True)
+def _located(u, v, curvature, angle):  # pyright: ignore
+    """How far along a wall's line and to the left of it a place lies, from its place along and left of the chord."""
+    if curvature == 0.0:
+        return u, v
+    start = -angle / 2
+    a, b = u + np.sin(start) / curvature, np.cos(start) / curvature - v
+    turned = (np.arctan2(a * curvature, b * curvature) - start + np.pi - angle / 2) % (2 * np.pi) - np.pi + angle / 2
+    return turned / curvature, 1.0 / curvature - np.sign(curvature) * np.hypot(a, b)
 
 
 def _neighbourhoods(walls: Sequence[WallShape]) -> list[int]:
@@ -125,9 +143,11 @@ def _tiles_of(
 ) -> list[tuple[tuple[int, int, int], list[int]]]:
     """The tiles with points that any of the walls reaches into, in order, each with the numbers of these walls."""
     touched: dict[tuple[int, int, int], list[int]] = {}
-    for k, (x, y, dx, dy, length, reach, base, top) in enumerate(lines):
+    for k, (x, y, dx, dy, length, reach, base, top, *_) in enumerate(lines):
         places = np.append(np.arange(0.0, length, TILE / 16), length)
-        path = np.array([x, y]) + places[:, None] * np.array([dx, dy])
+        path = np.array([x, y]) + _arc_of(lines[k]).place(places, np.zeros(len(places))) @ np.array(
+            [[dx, dy], [-dy, dx]]
+        )
         corners = (path[:, None] + np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * reach).reshape(-1, 2)
         layers = range(int(np.floor(base / TILE)), int(np.floor(top / TILE)) + 1)
         plan = {tuple(t) for t in np.floor(corners / TILE).astype(int).tolist()}
@@ -147,8 +167,9 @@ def _walls_by_cell(
     x, y = np.meshgrid(place + tile[0] * TILE, place + tile[1] * TILE, indexing="ij")
     cells, members = [], []
     for k in near:
-        x0, y0, dx, dy, length, reach, _, _ = lines[k]
-        along, across = (x - x0) * dx + (y - y0) * dy, (y - y0) * dx - (x - x0) * dy
+        x0, y0, dx, dy, length, reach, *_ = lines[k]
+        flat = (x - x0) * dx + (y - y0) * dy, (y - y0) * dx - (x - x0) * dy
+        along, across = _arc_of(lines[k]).locate(*flat)
         at = np.flatnonzero((np.abs(across) < reach + CELL) & (along > -CELL) & (along < length + CELL))
         cells.append(at)
         members.append(np.full(len(at), k))
@@ -238,8 +259,8 @@ def _near(words, origin, lines, starts, members, owner, out, used):  # pyright: 
             k = members[m]
             dx = x - lines[k, 0]
             dy = y - lines[k, 1]
-            along = dx * lines[k, 2] + dy * lines[k, 3]
-            across = dy * lines[k, 2] - dx * lines[k, 3]
+            u, v = dx * lines[k, 2] + dy * lines[k, 3], dy * lines[k, 2] - dx * lines[k, 3]
+            along, across = _located(u, v, lines[k, 8], lines[k, 9])
             if abs(across) < lines[k, 5] and 0 < along < lines[k, 4] and lines[k, 6] - FOOT < z < lines[k, 7]:
                 owner[used] = k
                 out[used, 0], out[used, 1], out[used, 2] = words[i, 0], words[i, 1], words[i, 2]
@@ -256,8 +277,7 @@ def _place(words, origin, line, along, across, up, rgb, station, first):  # pyri
         dy = origin[1] + (np.int64(words[i, 0] >> 16) + 0.5) * step - line[1]
         z = origin[2] + (np.int64(words[i, 1] & 0xFFFF) + 0.5) * step
         j = first + i
-        along[j] = dx * line[2] + dy * line[3]
-        across[j] = dy * line[2] - dx * line[3]
+        along[j], across[j] = _located(dx * line[2] + dy * line[3], dy * line[2] - dx * line[3], line[8], line[9])
         up[j] = z - line[6]
         rgb[j, 0] = words[i, 1] >> 16 & 0xFF
         rgb[j, 1] = words[i, 1] >> 24

@@ -309,7 +309,7 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
 
 def _touching(wall: WallShape, box: Box) -> int:
     """How many of the wall's ends and its upper edge an opening reaches: there may be no wall, but a roof's slope."""
-    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    length = wall.length
     return sum(1 for gap in (box[0], length - box[1], wall.top - wall.base - box[3]) if gap < 2 * PIXEL)
 
 
@@ -325,7 +325,7 @@ def _backed(wall: WallShape, image: WallImage, box: Box) -> bool:
 
 def _is_whole(wall: WallShape, box: Box) -> bool:
     """Whether an opening leaves nothing of the wall but rims: a glass front, or no wall at all."""
-    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    length = wall.length
     return box[0] + length - box[1] < 2 * WHOLE and box[2] + wall.top - wall.base - box[3] < 2 * WHOLE
 
 

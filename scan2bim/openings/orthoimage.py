@@ -74,22 +74,21 @@ def orthoimage(
     """One face's image; None where too little of it was seen. ``stations`` (s, 3) positions, nan where unknown;
     ``breaks`` the places along the wall, metres, where one space ends and the next begins: the face may step there.
     """
-    start, direction, normal = _frame(wall)
-    ahead = (stations[:, :2] - start) @ normal * _sign(side) - wall.thickness / 2
-    places = np.column_stack([(stations[:, :2] - start) @ direction, ahead, stations[:, 2] - wall.base])
+    along, left = wall.locate(stations[:, :2])
+    places = np.column_stack([along, left * _sign(side) - wall.thickness / 2, stations[:, 2] - wall.base])
     across = (points.across, points.up, points.rgb, points.station)
     half = np.float32(wall.thickness / 2)
     seen = FacePoints(*seen_from(points.along, *across, places, _sign(side), half))
     if len(seen) < LEAST:
         return None
     level(seen, breaks)
-    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    length = wall.length
     shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(length / PIXEL))))
     count, rgb, depth = splat(
         seen.along, seen.up, seen.depth, seen.rgb, seen.slot, equalised(seen), shape, np.float32(1 / PIXEL)
     )
     known = _fill(count, rgb, depth)
-    labels = _labels(wall, side, shape, panoramas)
+    labels = _all_labels(wall, side, shape, panoramas)
     return Orthoimage(side, np.minimum(count, 65_535).astype(np.uint16), rgb, depth, known, *labels)
 
 
@@ -106,15 +105,14 @@ def _frame(wall: WallShape) -> tuple[F64, F64, F64]:
 
 def breaks_of(wall: WallShape, side: Side, spaces: Sequence[SpaceShape]) -> list[float]:
     """Places along a wall where one space beside it ends and the next begins; ``spaces`` are the storey's."""
-    start, direction, normal = _frame(wall)
     numbers = wall.left if side == "left" else wall.right
     if len(numbers) < 2:
         return []
-    out = normal * _sign(side) * (wall.thickness / 2 + BESIDE)
-    line = shapely.LineString([np.array(wall.start) + out, np.array(wall.end) + out])
+    steps = np.linspace(0.0, wall.length, 2 if not wall.bulge else 40)
+    line = shapely.LineString(wall.place(steps, _sign(side) * (wall.thickness / 2 + BESIDE)))
     spans: list[tuple[float, float]] = []
     for number in numbers:
-        places = (shapely.get_coordinates(line.intersection(spaces[number].polygon)) - start) @ direction
+        places, _ = wall.locate(shapely.get_coordinates(line.intersection(spaces[number].polygon)))
         if len(places):
             spans.append((float(places.min()), float(places.max())))
     spans.sort()
@@ -147,6 +145,19 @@ def _taken(measured, labels, rgb, depth, farthest):  # pyright: ignore
                 rgb[r, c, 0], rgb[r, c, 1], rgb[r, c, 2] = rgb[row, col, 0], rgb[row, col, 1], rgb[row, col, 2]
                 depth[r, c] = depth[row, col]
     return known
+
+
+def _all_labels(
+    wall: WallShape, side: Side, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]:
+    """As ``_labels``, stretch by stretch of a curved wall."""
+    first, *rest = wall.flat_parts()
+    out = _labels(first[2], side, shape, panoramas)
+    for low, high, flat in rest:
+        cols = slice(round(low / COARSE), round(high / COARSE) + 1)
+        for whole, part in zip(out, _labels(flat, side, shape, panoramas), strict=True):
+            whole[:, cols] = part[:, cols]
+    return out
 
 
 def _labels(

@@ -81,14 +81,13 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
 
     ``stations`` (s, 3) positions by number, nan where unknown.
     """
-    start, end = np.array(wall.start), np.array(wall.end)
-    length = float(np.linalg.norm(end - start))
+    length = wall.length
     shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(length / PIXEL))))
     half, skin = np.float32(wall.thickness / 2), np.float32(min(SKIN, THIN * wall.thickness))
     here = np.float32(0.0 if wall.left and wall.right else 1.0 if wall.left else -1.0)
     seen = (points.along, points.across, points.up, points.station, _side(wall, stations), here)
     found = _classified(*seen, half, skin, shape)
-    return WallImage(*found[:2], *_through(wall, shape, panoramas), *found[2:])
+    return WallImage(*found[:2], *_looked(wall, shape, panoramas), *found[2:])
 
 
 def part(raster: NDArray[Any], left: float, right: float, bottom: float, top: float) -> NDArray[Any]:
@@ -110,9 +109,7 @@ def within(along, up, box):  # pyright: ignore
 
 def _side(wall: WallShape, stations: F64) -> F32:
     """1 for each station left of the wall, -1 right of it, 0 within it or where its position is unknown."""
-    start, end = np.array(wall.start), np.array(wall.end)
-    direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
-    place = (stations[:, :2] - start) @ np.array([-direction[1], direction[0]])
+    _, place = wall.locate(stations[:, :2])
     with np.errstate(invalid="ignore"):
         return np.where(np.abs(place) > wall.thickness / 2, np.sign(place), 0.0).astype(np.float32)
 
@@ -149,6 +146,23 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
             else:
                 behind[side, r, c] += 1
     return faces, behind, kept_along[:used], kept_up[:used], depths[:used], flags[:used], right[:used]
+
+
+def _looked(
+    wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+    """As ``_through``, stretch by stretch of a curved wall."""
+    if not wall.bulge:
+        return _through(wall, shape, panoramas)
+    through, both = np.zeros(shape, np.uint8), np.zeros((2, *shape), np.bool_)
+    lookers: dict[int, NDArray[np.bool_]] = {}
+    for low, high, flat in wall.flat_parts():
+        cols = slice(round(low / PIXEL), min(shape[1], round(high / PIXEL) + 1))
+        part_through, part_both, part_lookers = _through(flat, shape, panoramas)
+        through[:, cols], both[:, :, cols] = part_through[:, cols], part_both[:, :, cols]
+        for number, looked in part_lookers.items():
+            lookers.setdefault(number, np.zeros(shape, np.bool_))[:, cols] = looked[:, cols]
+    return through, both, lookers
 
 
 def _through(

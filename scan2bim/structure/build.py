@@ -17,6 +17,7 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
+from scan2bim.structure.arcs import Bend, bent_to, find_bends
 from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.evidence import FaceEvidence
@@ -106,7 +107,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         room = _rooms(plan, found, panes, near, wells, stairs, *members)
         rooms.append(room if number + 1 < len(levels) else _under_roof(room, plan))
         faces += found
-        depths += reveal_depths(plan, find_walls(rooms[-1].polygons, rooms[-1].cuts)[0])
+        last = rooms[-1]
+        depths += reveal_depths(plan, find_walls(last.polygons, last.cuts, bends=last.bends)[0])
         progress(0.1 + 0.9 * (number + 1) / len(levels))
     outer = outer_thickness(depths)
     storeys = [_storey(r, outer) for r in rooms]
@@ -144,6 +146,7 @@ class Rooms:
     wells: tuple[Ring, ...]
     columns: tuple[ColumnShape, ...]
     beams: tuple[BeamShape, ...]
+    bends: tuple[Bend, ...] = ()
     roofs: tuple[Slope, ...] = ()
     crown: float = 0.0
 
@@ -182,6 +185,7 @@ def _rooms(
     beams: tuple[BeamShape, ...],
 ) -> Rooms:
     found, lintels = find_spaces(plan, [*walls, *panes], panoramas)
+    bends = find_bends(plan, walls)
     cuts: list[LineString] = []
     rooms: list[Polygon] = []
     open_parts: list[Polygon] = []
@@ -191,7 +195,7 @@ def _rooms(
         open_parts += below
         cuts += rims
         parts, portals = (whole, []) if below else split_at_portals(space, partial(under_lintel, plan=plan))
-        rooms += parts
+        rooms += [bent_to(p, bends) for p in parts]
         cuts += portals
     return Rooms(
         plan.levels,
@@ -204,6 +208,7 @@ def _rooms(
         tuple(ring_of(shapely.get_coordinates(w.exterior)) for w in wells),
         columns,
         beams,
+        tuple(bends),
     )
 
 
@@ -215,7 +220,8 @@ def _stair(stair: FoundStair) -> StairShape:
 
 
 def _storey(rooms: Rooms, outer: float) -> StoreyShape:
-    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, rooms.evidence.seen_share)
+    seen = rooms.evidence.seen_share
+    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, seen, rooms.bends)
     spaces = frozenset(range(len(rooms.spaces)))
     walls = tuple(
         _wall(number, replace(axis, left=axis.left & spaces, right=axis.right & spaces), joins, rooms)
@@ -264,7 +270,8 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
     beside = [rooms.spaces[s] for s in (*axis.left, *axis.right)]
     ceilings = [s.ceiling for s in beside if s.ceiling is not None]
     top = max(ceilings, default=levels.ceiling if levels.ceiling is not None else levels.top)
-    edge = upper_edge(axis.start + axis.inset, axis.end + axis.inset, rooms.roofs, levels.floor, rooms.crown)
+    ends = axis.start + axis.inset, axis.end + axis.inset
+    edge = () if axis.bulge else upper_edge(*ends, rooms.roofs, levels.floor, rooms.crown)
     top = levels.floor + max(h for _, h in edge) if edge else top
     at, _, distance = evidence.on_faces(axis)
     columns = evidence.columns
@@ -292,4 +299,5 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
             JoinShape(j.other, j.at, j.other_at, "T" if j.other_at == "path" else "L") for j in joins if j.one == number
         ),
         edge if edge and np.ptp([h for _, h in edge]) > LEVEL else (),
+        round(axis.bulge, 6),
     )

@@ -30,9 +30,9 @@ class FaceEvidence:
         """Columns on those faces of a wall that have a space before them: their numbers, their places along the wall
         (those of the second face beyond the first), their distances to the face; (k,) each.
         """
-        near = self._index.along(np.array([axis.start, axis.end]), axis.thickness / 2 + BAND)
-        offset = self.columns.xy[near] - axis.start
-        along, across = offset @ axis.direction, offset @ axis.normal
+        rise = abs(axis.bulge) * axis.chord / 2
+        near = self._index.along(np.array([axis.start, axis.end]), axis.thickness / 2 + BAND + rise)
+        along, across = axis.local(self.columns.xy[near])
         half = axis.thickness / 2 if axis.measured or not (axis.left and axis.right) else 0.0
         parts: list[tuple[NDArray[np.int64], F64, F64]] = []
         for shift, side, spaces in ((0.0, 1.0, axis.left), (axis.length + 1.0, -1.0, axis.right)):
@@ -46,7 +46,7 @@ class FaceEvidence:
         """Share of the length of a wall's faces on which something stands upright or a lintel hangs, 0-1."""
         _, along, _ = self.on_faces(axis)
         steps = len(np.unique(np.floor(along / PLAN)))
-        hung = _share_along(np.array([axis.start, axis.end]) + axis.inset, self._lintels)
+        hung = 0.0 if axis.bulge else _share_along(np.array([axis.start, axis.end]) + axis.inset, self._lintels)
         return min(1.0, hung + steps * PLAN / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
 
 

@@ -143,7 +143,7 @@ def reaching(axes: Sequence[Axis], joins: Sequence[AxisJoin]) -> list[Axis]:
 
 
 def _body(axis: Axis, cap: Literal["flat", "square"] = "flat") -> Polygon:
-    return shapely.buffer(shapely.LineString([axis.start, axis.end]), axis.thickness / 2, cap_style=cap)
+    return shapely.buffer(axis.line, axis.thickness / 2, cap_style=cap)
 
 
 def _drawn_on(axis: Axis, at: str, end: F64, away: F64, others: NDArray[np.object_]) -> Axis:

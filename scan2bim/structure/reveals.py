@@ -30,7 +30,12 @@ F64 = NDArray[np.float64]
 
 def reveal_depths(plan: Plan, axes: Sequence[Axis]) -> list[float]:
     """Depths (metres behind the face) of the reveals in walls of which one face was seen."""
-    return [depth for axis in axes if not axis.measured and axis.length > 1.5 for depth in _depths(plan, axis)]
+    return [
+        depth
+        for axis in axes
+        if not (axis.measured or axis.bulge) and axis.length > 1.5
+        for depth in _depths(plan, axis)
+    ]
 
 
 def _depths(plan: Plan, axis: Axis) -> list[float]:

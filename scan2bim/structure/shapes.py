@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
-from shapely.geometry import Polygon, box
+from shapely.geometry import LineString, Polygon, box
+
+from scan2bim.geometry.arcs import Arc
 
 Point = tuple[float, float]
 Ring = tuple[Point, ...]
+FLAT = 0.2
+"""Radians that a stretch of a curved wall may bend to be looked at as straight: 3 m by 1.5 cm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +58,8 @@ class WallShape:
 
     ``rms`` metres is that of its faces' fits, ``points`` the scan points on them, ``coverage`` the share of its faces'
     length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them. ``profile``:
-    the upper edge where it is not level, as points (distance along the axis, height over the base).
+    the upper edge where it is not level, as points (distance along the axis, height over the base). ``bulge``: the
+    tangent of a quarter of its arc's angle, positive to the left.
     """
 
     start: Point
@@ -72,6 +79,54 @@ class WallShape:
     colour: tuple[int, int, int]
     joins: tuple[JoinShape, ...] = ()
     profile: tuple[Point, ...] = ()
+    bulge: float = 0.0
+
+    @property
+    def axis(self) -> Arc:
+        """Its line in the frame of its chord."""
+        return Arc(math.dist(self.start, self.end), self.bulge)
+
+    @property
+    def length(self) -> float:
+        """Metres along its line."""
+        return self.axis.length
+
+    @property
+    def chord(self) -> NDArray[np.float64]:
+        """(2, 2): unit vectors from start to end and to the left."""
+        x, y = (np.array(self.end) - self.start) / max(math.dist(self.start, self.end), 1e-9)
+        return np.array([[x, y], [-y, x]])
+
+    @property
+    def line(self) -> LineString:
+        """Its line in plan."""
+        steps = 2 + int(abs(self.axis.angle) / FLAT)
+        return LineString(self.place(np.linspace(0.0, self.length, steps)))
+
+    def locate(self, xy: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """How far along its line and to the left of it places (n, 2) lie, metres."""
+        flat = (xy - self.start) @ self.chord.T
+        return self.axis.locate(flat[:, 0], flat[:, 1])
+
+    def place(self, along: NDArray[np.float64], left: float = 0.0) -> NDArray[np.float64]:
+        """Places (n, 2) some metres along its line and ``left`` metres to the left of it."""
+        return self.axis.place(along, np.full(along.shape, left)) @ self.chord + self.start
+
+    def straight_at(self, along: float) -> WallShape:
+        """The straight wall that touches a curved one some metres along its line, and has the same measure there."""
+        if not self.bulge:
+            return self
+        turn = self.axis.direction(along)
+        way = np.array([math.cos(turn), math.sin(turn)]) @ self.chord
+        start = self.place(np.array([along]))[0] - along * way
+        end = start + self.length * way
+        return replace(self, start=(float(start[0]), float(start[1])), end=(float(end[0]), float(end[1])), bulge=0.0)
+
+    def flat_parts(self) -> list[tuple[float, float, WallShape]]:
+        """Stretches along its line, and the wall as straight there: one of a straight wall."""
+        count = max(1, math.ceil(abs(self.axis.angle) / FLAT))
+        ends = np.linspace(0.0, self.length, count + 1).tolist()
+        return [(a, b, self.straight_at((a + b) / 2)) for a, b in pairwise(ends)]
 
     def share_below(self, offset: float, sill: float, width: float, height: float) -> float:
         """Share of a rectangle in the wall's plane that lies below its upper edge."""

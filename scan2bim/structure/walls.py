@@ -14,7 +14,9 @@ import shapely
 from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from scan2bim.structure.arcs import Bend
 from scan2bim.structure.axes import F64, Axis, AxisJoin
+from scan2bim.structure.curved_walls import borders_on, curved_axes, is_on, with_curved
 from scan2bim.structure.overlaps import parted, parted_again, reaching
 from scan2bim.structure.portals import on_cut
 
@@ -64,14 +66,17 @@ def find_walls(
     outer: float = OUTER,
     panes: Sequence[LineString] = (),
     seen_share: Callable[[Axis], float] | None = None,
+    bends: Sequence[Bend] = (),
 ) -> tuple[list[Axis], list[AxisJoin]]:
     """Walls between and round the spaces, with their ends joined.
 
     ``cuts`` are virtual borders, on which no wall stands; ``outer`` is the thickness (metres) assumed for walls of
     which one face was seen; ``panes`` are glass fronts; ``seen_share`` tells how much of a wall's faces was seen: a
-    wall of which nothing was seen on the only side that it has is not made up.
+    wall of which nothing was seen on the only side that it has is not made up; ``bends`` are curved faces, along which
+    borders become curved walls, the last ones.
     """
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
+    borders = [b for b in borders if not any(is_on(b.start, b.start + b.direction * b.length, bend) for bend in bends)]
     near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
     pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], outer, panes)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
@@ -80,7 +85,7 @@ def find_walls(
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
     axes, joins = parted_again(*_join_ends(parted(_without_stubs(axes))))
-    return reaching(axes, joins), joins
+    return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), outer))
 
 
 def _without_stubs(axes: list[Axis]) -> list[Axis]:

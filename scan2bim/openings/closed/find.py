@@ -106,7 +106,7 @@ def _opening(
     storey: int, number: int, wall: WallShape, door: ClosedDoor, faces: Sequence[Face], points: WallPoints
 ) -> OpeningShape:
     box, *edges = refined(faces, door.box)
-    length = float(np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]))
+    length = wall.length
     box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
     sigma = [ROUGH if edge is None else edge.sigma for edge in edges]
     on_leaf = (points.along > box.left) & (points.along < box.right) & (points.up < box.top)
