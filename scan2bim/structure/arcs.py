@@ -81,6 +81,11 @@ class Bend:
         offset = xy - self.centre
         return np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - self.first, 2 * np.pi)
 
+    def places(self, xy: F64) -> F64:
+        """As ``turns``, those beyond an end at that end."""
+        turn = self.turns(xy)
+        return np.where(turn > np.pi + self.sweep / 2, 0.0, np.minimum(turn, self.sweep))
+
     def off(self, xy: F64) -> F64:
         """Distances (n,) of places (n, 2) from the circle, positive outside."""
         return np.linalg.norm(xy - self.centre, axis=1) - self.radius

@@ -19,6 +19,8 @@ THINNEST, THICKEST = 0.03, 0.80
 """Distances between faces, metres, that one wall can have."""
 SHORTEST = 0.3
 """Length, metres, of the shortest curved wall."""
+LONGEST_STUB = 0.8
+"""Metres at the end of a wall on which one of its faces ends earlier: at a corner, the other wall is that thick."""
 TOGETHER = 0.3
 """Metres between borders on one arc that are one: a pilaster or a reveal lies between."""
 MOST = 2.8
@@ -61,7 +63,7 @@ def borders_on(spaces: Sequence[Polygon], bends: Sequence[Bend]) -> list[Border]
             for ring in (space.exterior, *space.interiors):
                 for a, b in pairwise(shapely.get_coordinates(ring)):
                     if is_on(a, b, bend):
-                        low, high = np.sort(np.minimum(bend.turns(np.array([a, b])), bend.sweep)).tolist()
+                        low, high = np.sort(bend.places(np.array([a, b]))).tolist()
                         spans.append((low, high) if high - low < np.pi else (0.0, low))
             for low, high in _united(spans, TOGETHER / bend.radius):
                 if (high - low) * bend.radius > SHORTEST:
@@ -90,10 +92,14 @@ def curved_axes(borders: Sequence[Border], outer: float) -> list[Axis]:
         for number, two in enumerate(others):
             span = _shared(one, two)
             if span is not None:
+                span = _drawn_on(span, (one.low, one.high), LONGEST_STUB / one.bend.radius)
                 axes += _wall(one.bend, span, _between(one.bend, two.bend, span), {one.space}, {two.space})
                 used.append(span)
-                turn = two.bend.turns(one.bend.points(*span))
-                taken.setdefault(number, []).append((float(turn[0]), float(turn[-1])))
+                turn = two.bend.places(one.bend.points(*span))
+                ends = float(turn[0]), float(turn[-1])
+                taken.setdefault(number, []).append(
+                    _drawn_on(ends, (two.low, two.high), LONGEST_STUB / two.bend.radius)
+                )
         for span in _rest((one.low, one.high), used, SHORTEST / one.bend.radius):
             axes += _wall(one.bend, span, (one.bend.radius + outer / 2, outer), {one.space}, set())
     for number, two in enumerate(others):
@@ -102,14 +108,20 @@ def curved_axes(borders: Sequence[Border], outer: float) -> list[Axis]:
     return axes
 
 
+def _drawn_on(span: tuple[float, float], whole: tuple[float, float], stub: float) -> tuple[float, float]:
+    """A stretch drawn on to the ends of the whole where no more than a stub would be left."""
+    low, high = span
+    return whole[0] if low - whole[0] < stub else low, whole[1] if whole[1] - high < stub else high
+
+
 def _shared(one: Border, two: Border) -> tuple[float, float] | None:
     """The turns of the inner face along which the outer one is the other side of the same wall."""
     gap = two.bend.radius - one.bend.radius
     apart = float(np.linalg.norm(one.bend.centre - two.bend.centre))
     if not THINNEST < gap < THICKEST or apart > CONCENTRIC:
         return None
-    ends = one.bend.turns(two.bend.points(two.low, two.high))[[0, -1]]
-    low, high = max(one.low, float(ends[0]) if ends[0] < ends[1] else 0.0), min(one.high, float(ends[1]))
+    ends = one.bend.places(two.bend.points(two.low, two.high))[[0, -1]]
+    low, high = max(one.low, float(ends[0])), min(one.high, float(ends[1]))
     return (low, high) if (high - low) * one.bend.radius > SHORTEST else None
 
 
