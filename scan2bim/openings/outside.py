@@ -41,7 +41,7 @@ def enclosed_parts(storey: StoreyShape) -> list[Polygon]:
 
 
 def _outline(wall: WallShape) -> BaseGeometry:
-    return LineString([wall.start, wall.end]).buffer(wall.thickness / 2, cap_style="square")
+    return wall.line.buffer(wall.thickness / 2, cap_style="square")
 
 
 def leads_somewhere(
@@ -52,6 +52,7 @@ def leads_somewhere(
     """
     if opening.kind != "window" or (wall.left and wall.right):
         return True
+    wall = wall.straight_at(opening.offset + opening.width / 2)
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     outwards = np.array([-direction[1], direction[0]]) * (-1.0 if wall.left else 1.0)

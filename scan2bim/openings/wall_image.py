@@ -150,19 +150,19 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
 
 def _looked(
     wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
     """As ``_through``, stretch by stretch of a curved wall."""
     if not wall.bulge:
         return _through(wall, shape, panoramas)
-    through, both = np.zeros(shape, np.uint8), np.zeros((2, *shape), np.bool_)
+    through, both, blank = np.zeros(shape, np.uint8), np.zeros((2, *shape), np.bool_), np.zeros(shape, np.bool_)
     lookers: dict[int, NDArray[np.bool_]] = {}
     for low, high, flat in wall.flat_parts():
         cols = slice(round(low / PIXEL), min(shape[1], round(high / PIXEL) + 1))
-        part_through, part_both, part_lookers = _through(flat, shape, panoramas)
-        through[:, cols], both[:, :, cols] = part_through[:, cols], part_both[:, :, cols]
-        for number, looked in part_lookers.items():
+        found = _through(flat, shape, panoramas)
+        through[:, cols], both[:, :, cols], blank[:, cols] = found[0][:, cols], found[1][:, :, cols], found[2][:, cols]
+        for number, looked in found[3].items():
             lookers.setdefault(number, np.zeros(shape, np.bool_))[:, cols] = looked[:, cols]
-    return through, both, lookers
+    return through, both, blank, lookers
 
 
 def _through(
