@@ -134,6 +134,7 @@ def _addition(
     length, width, height = _sizes(middle)
     own = middle @ to_model[:3, :3].T + to_model[:3, 3]
     lower, upper = own.min(axis=0) - EDGE / 2, own.max(axis=0) + EDGE / 2
+    article = "an" if guess == "object" else "a"
     below = [s for s in storeys if s.elevation <= (lower[2] + upper[2]) / 2]
     return Addition(
         id=f"region-{number}",
@@ -143,7 +144,7 @@ def _addition(
         upper=_vector(upper),
         points=points,
         area=round(len(middle) * EDGE**2, 2),
-        sentence=f"{length:.1f} x {width:.1f} x {height:.1f} m that no element explains; it may be a {guess}.",
+        sentence=f"{length:.1f} x {width:.1f} x {height:.1f} m that no element explains; it may be {article} {guess}.",
     )
 
 

@@ -70,7 +70,8 @@ def _panel(surface: Surface, cells: NDArray[np.int64], face: int, tolerance: flo
     image[nv - 1 - at[:, 1], at[:, 0]] = colours
     scale = min(WIDTH / nu, HEIGHT / nv)
     if scale >= 1:
-        return image.repeat(int(scale), axis=0).repeat(int(scale), axis=1) if int(scale) <= ENLARGED else image
+        times = min(int(scale), ENLARGED)
+        return image.repeat(times, axis=0).repeat(times, axis=1)
     size = (max(1, round(nu * scale)), max(1, round(nv * scale)))
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
