@@ -55,6 +55,9 @@ ALONGSIDE = 0.2
 """Distance, metres, from the sides of a stair within which the floor beside its well begins."""
 SMALLEST_WELL = 0.7
 """Plan area, square metres, of the smallest well: that of a spiral stair of 1 m."""
+PIECES = 2
+"""Pieces of treads a riser, from which it is furniture at many heights: a tread is seldom seen in more than one piece.
+"""
 LANDING = 1.3
 """Floor beside a well, as a share of the well, from which it is more than the stair's landing."""
 STRAIGHT = 0.9
@@ -229,9 +232,12 @@ def _stair(
         points = np.concatenate([points, points + direction * going * (round((above - high) / riser) - 1)])
         top = above
     outline = _outline(points, yaw, kind)
+    risers = round((top - floor) / riser)
+    if len(chain) > PIECES * risers:
+        return None
     across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
     width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))
-    return FoundStair(outline, floor, top, direction, kind, round((top - floor) / riser), width)
+    return FoundStair(outline, floor, top, direction, kind, risers, width)
 
 
 def _is_round(chain: I64, tread: I64, middle: F64, count: I64, xy: F64) -> bool:

@@ -122,3 +122,12 @@ def test_a_well_over_which_the_next_stair_stands_belongs_to_its_room() -> None:
     (stair,) = stairs_among(half_turn(15, 0.19), 2.85)
     assert not without_stairs([stair.outline], [stair])
     assert without_stairs([box(5, 0, 6, 1)], [stair])
+
+
+def test_furniture_of_many_heights_beside_each_other_is_no_stair() -> None:
+    things = [
+        level(1 + 0.3 * (k % 8), 1 + 0.3 * (k // 8), 1.25 + 0.3 * (k % 8), 1.25 + 0.3 * (k // 8), 0.0)
+        for k in range(32)
+    ]
+    heights = [0.19 * (1 + (k % 8 if k // 8 % 2 == 0 else 7 - k % 8)) for k in range(32)]
+    assert not stairs_among([t + np.array([0, 0, h]) for t, h in zip(things, heights, strict=True)], 2.85)
