@@ -44,7 +44,7 @@ class Stage:
     nanoseconds: float
 
 
-SURVEY = Stage("survey", 4, (), lambda s: s.frame, 0.2, 0)
+SURVEY = Stage("survey", 5, (), lambda s: s.frame, 0.2, 0)
 READ = Stage("read", 6, ("survey",), lambda s: s.read, 0.5, 0)
 SURFELS = Stage("surfels", 4, ("read",), lambda s: s.surfels, 0.1, 25)
 STRUCTURE = Stage("structure", 30, ("surfels", "read"), lambda s: s.structure, 0.5, 80)

@@ -20,6 +20,8 @@ LARGE = 1000.0
 """Coordinates beyond 1 km from the origin are shifted: viewers and float32 lose millimetres there."""
 SHIFT = 100.0
 """Metres. Shifts are multiples of this, so that as a rule two surveys of a building lie in one place."""
+ONE_PLACE = 0.002
+"""Metres: no tripod is set up twice so near the same place."""
 F64 = NDArray[np.float64]
 
 
@@ -46,6 +48,7 @@ def find_frame(headers: Sequence[ScanHeader], samples: Sequence[Chunk], settings
         x, y, z = (f"{value:,.0f}" for value in shift)
         notes.append(f"Coordinates are large: x {x}, y {y}, z {z} m are taken off, and kept in the model.")
     crs = next((h.crs for h in headers if h.crs), None)
+    _tell_one_position(headers, unit, notes)
     return SurveyFrame(unit, up, (float(shift[0]), float(shift[1]), float(shift[2])), crs, tuple(notes))
 
 
@@ -85,6 +88,22 @@ def _level_share(values: F64, extent: F64) -> float:
     bins = np.floor((values - values.min()) / width).astype(np.int64)
     counts = np.sort(np.bincount(np.minimum(bins, 200_000)))[::-1]
     return float(counts[:4].sum() / len(values))
+
+
+def _tell_one_position(headers: Sequence[ScanHeader], unit: float, notes: list[str]) -> None:
+    """Scans of several places that state one position were never registered, or have lost their poses."""
+    poses = [h.pose.translation for h in headers if h.pose is not None]
+    if not poses:
+        return
+    places, counts = np.unique(np.rint(np.array(poses) * unit / ONE_PLACE), axis=0, return_counts=True)
+    most = int(counts.argmax())
+    if counts[most] > 1:
+        x, y, z = (places[most] * ONE_PLACE / unit + 0.0).tolist()
+        notes.append(
+            f"{counts[most]} scans state the same scanner position ({x:.2f} {y:.2f} {z:.2f}): they are not registered "
+            "to each other, or have lost their poses. Unless they were taken from one place, register them and export "
+            "them again with their poses."
+        )
 
 
 def _find_unit(headers: Sequence[ScanHeader], turned: F64, settings: FrameSettings, notes: list[str]) -> float:

@@ -114,3 +114,16 @@ def test_scans_without_points_are_refused() -> None:
 def test_points_all_in_one_place_are_refused() -> None:
     with pytest.raises(PrecheckError, match="one place"):
         frame_of(np.full((50, 3), 4.0))
+
+
+@pytest.mark.parametrize(("places", "told"), [([0.0, 0.0, 4.0], True), ([0.0, 2.0, 4.0], False), ([0.0], False)])
+def test_scans_that_state_one_position_are_told(building: F64, places: list[float], told: bool) -> None:
+    headers = [
+        ScanHeader(Path("a.e57"), i, f"s{i}", len(building), np.zeros(3), Pose(np.eye(3), np.array([x, 0.0, 0.0])))
+        for i, x in enumerate(places)
+    ]
+    notes = find_frame(headers, [Chunk(building)] * len(headers), FrameSettings()).notes
+    assert [note for note in notes if "same scanner position" in note] == [
+        note for note in notes if told and note.startswith("2 scans state")
+    ]
+    assert bool(notes) == told
