@@ -116,7 +116,7 @@ def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
 
 
 def _footprint(wall: WallShape) -> Polygon:
-    return shapely.buffer(wall.line, wall.thickness / 2, cap_style="square")
+    return shapely.buffer(wall.line, wall.thickness / 2, cap_style="flat" if wall.bulge else "square")
 
 
 def stairs_of(number: int, structure: StructureShape) -> tuple[Stair, ...]:

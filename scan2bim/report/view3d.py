@@ -99,23 +99,30 @@ def _wall_bodies(storey: Storey) -> Iterator[Body]:
     meshes = wall_bodies(storey)
     for wall in storey.walls:
         measured = wall.thickness.source == "measured"
-        yield Body(_stand(wall, meshes[wall.id], 0.0, 0.0), _WALL if measured else _ASSUMED, palette.wall_colour(wall))
+        yield Body(
+            move_mesh(meshes[wall.id], wall_angle(wall), (*wall.start, wall.base)),
+            _WALL if measured else _ASSUMED,
+            palette.wall_colour(wall),
+        )
         for opening in wall.openings:
             yield from _fill_bodies(wall, opening)
 
 
 def _fill_bodies(wall: Wall, opening: Opening) -> Iterator[Body]:
-    colour, along, up = palette.opening_colour(opening), opening.offset.value, opening.sill.value
+    colour = palette.opening_colour(opening)
     for leaf in door_leaves(wall, opening):
         mesh = move_mesh(leaf_body(leaf), leaf.angle, (*leaf.hinge, 0.0))
-        yield Body(_stand(wall, mesh, along, up), colour)
+        yield Body(_stand(wall, mesh, opening), colour)
     if isinstance(opening.fill, Window):
-        yield Body(_stand(wall, pane_body(wall, opening), along, up), palette.pale(colour, 0.6))
+        yield Body(_stand(wall, pane_body(wall, opening), opening), palette.pale(colour, 0.6))
 
 
-def _stand(wall: Wall, mesh: Mesh, along: float, up: float) -> Mesh:
-    """A mesh of the wall's frame, shifted along and up, in the building's frame."""
-    return move_mesh(mesh, wall_angle(wall), point_on_wall(wall, along, 0.0, up))
+def _stand(wall: Wall, mesh: Mesh, opening: Opening) -> Mesh:
+    """A mesh of an opening's frame, from its lower corner nearer to the wall's start, in the building's frame."""
+    along, up = opening.offset.value, opening.sill.value
+    x0, y0, z0 = point_on_wall(wall, along, 0.0, up)
+    x1, y1, _ = point_on_wall(wall, along + opening.width.value, 0.0, up)
+    return move_mesh(mesh, math.atan2(y1 - y0, x1 - x0), (x0, y0, z0))
 
 
 def _floor_bodies(storey: Storey) -> Iterator[Body]:
