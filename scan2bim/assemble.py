@@ -29,6 +29,8 @@ from scan2bim.model.elements import (
 from scan2bim.model.ids import distinct, stable_id
 from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.openings.virtual import is_virtual
+from scan2bim.structure.confidence import probability
+from scan2bim.structure.precision import length_sigma
 from scan2bim.structure.shapes import SpaceShape, StoreyShape, StructureShape, WallShape
 from scan2bim.structure.soffits import volume_under
 
@@ -85,8 +87,8 @@ def _storey(
     wall_ids = distinct(stable_id("wall", number, *sorted((w.start, w.end))) for w in shape.walls)
     mine = [o for o in openings if o.storey == number]
     walls = tuple(
-        _wall(i, wall_ids, space_ids, wall, [o for o in mine if o.wall == i], number, sources)
-        for i, wall in enumerate(shape.walls)
+        _wall(i, wall_ids, space_ids, shape.walls, [o for o in mine if o.wall == i], number, sources)
+        for i in range(len(shape.walls))
     )
     return Storey(
         id=stable_id("storey", number, round(shape.floor, 1)),
@@ -146,22 +148,26 @@ def _wall(
     index: int,
     ids: Sequence[str],
     space_ids: Sequence[str],
-    shape: WallShape,
+    shapes: Sequence[WallShape],
     openings: Sequence[OpeningShape],
     number: int,
     sources: dict[int, ScanSource],
 ) -> Wall:
+    shape = shapes[index]
+    length = length_sigma(shape, shapes)
     measured = shape.thickness_sigma is not None
     faces = "both faces" if measured else "one face"
     return Wall(
         id=ids[index],
         name=f"Wall {number}.{index + 1:02d}",
-        confidence=round(_wall_confidence(shape), 3),
+        confidence=probability(shape),
         evidence=Evidence(
             points=shape.points,
             rms=shape.rms,
             coverage=shape.coverage,
             faces_seen=shape.faces,
+            position_sigma=shape.position_sigma,
+            length_sigma=None if length is None else round(length, 4),
             scans=seen_by(shape.stations, sources),
             sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, "
             f"RMS {shape.rms * 1000:.0f} mm" + ("" if measured else "; thickness assumed"),
@@ -189,11 +195,6 @@ def _wall(
         ),
         openings=tuple(_opening(ids[index], o, k, index, number, sources) for k, o in enumerate(openings)),
     )
-
-
-def _wall_confidence(shape: WallShape) -> float:
-    base = 0.45 + 0.45 * shape.coverage + (0.08 if shape.faces == 2 else 0.0)
-    return min(0.98, max(0.1, base - 4 * max(0.0, shape.rms - 0.01)))
 
 
 def _opening(

@@ -57,6 +57,7 @@ class PropertyBook:
             "Points": ("IfcInteger", found.points),
             "RmsDeviation": measure("IfcLengthMeasure", found.rms),
             "PositionSigma": measure("IfcLengthMeasure", found.position_sigma),
+            "LengthSigma": measure("IfcLengthMeasure", found.length_sigma),
             "Coverage": measure("IfcNormalisedRatioMeasure", found.coverage),
             "FacesSeen": measure("IfcInteger", found.faces_seen),
             "SourceScans": ("IfcLabel", scans) if scans else None,

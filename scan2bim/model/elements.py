@@ -58,8 +58,9 @@ class Evidence(Record):
 
     points: scan points on it. rms: root mean square distance of those to the fitted surface, metres. coverage: share
     of the visible face with points. faces_seen: how many of its faces (2 for a wall) have points. faces: what was
-    seen of each. position_sigma: one standard deviation, metres, of its place across its faces. scans: ids of the
-    ``ScanSource`` that see it. sentence: the evidence in words.
+    seen of each. position_sigma: one standard deviation, metres, of its place across its faces; length_sigma: of a
+    wall's length, None where it ends on a wall whose thickness is assumed. scans: ids of the ``ScanSource`` that see
+    it. sentence: the evidence in words.
     """
 
     points: int = 0
@@ -68,6 +69,7 @@ class Evidence(Record):
     faces_seen: int | None = None
     faces: tuple[FaceView, ...] = ()
     position_sigma: float | None = None
+    length_sigma: float | None = None
     scans: tuple[str, ...] = ()
     sentence: str = ""
 

@@ -27,6 +27,7 @@ from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import split_at_portals, under_lintel
+from scan2bim.structure.precision import wall_sigmas
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.roofs import LEVEL, Slope, crown_of, find_roofs, roof_of, upper_edge
 from scan2bim.structure.shapes import (
@@ -273,7 +274,8 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
     ends = axis.start + axis.inset, axis.end + axis.inset
     edge = () if axis.bulge else upper_edge(*ends, rooms.roofs, levels.floor, rooms.crown)
     top = levels.floor + max(h for _, h in edge) if edge else top
-    at, _, distance = evidence.on_faces(axis)
+    at, along, distance = evidence.on_faces(axis)
+    position_sigma, thickness_sigma = wall_sigmas(along, distance, axis.length)
     columns = evidence.columns
     rms = float(np.sqrt(np.average(distance**2, weights=columns.bins[at]))) if len(at) else BAND
     colour = np.median(columns.rgb[at], axis=0) if len(at) else np.full(3, 200.0)
@@ -283,7 +285,7 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
         start,
         end,
         round(axis.thickness, 4),
-        round(max(0.001, rms), 4) if axis.measured else None,
+        round(thickness_sigma or max(0.001, rms), 4) if axis.measured else None,
         round(levels.floor, 4),
         round(top, 4),
         bool(ceilings),
@@ -300,4 +302,5 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
         ),
         edge if edge and np.ptp([h for _, h in edge]) > LEVEL else (),
         round(axis.bulge, 6),
+        None if position_sigma is None else round(position_sigma, 4),
     )

@@ -28,6 +28,8 @@ LOOKED_THROUGH = 0.25
 """Share of a front's area that stations must have looked through: more than noise, less than curtains leave."""
 IN_LINE = 0.08
 """Distance, metres, within which the end of the ceiling continues a wall's face: as well as a raster of 5 cm tells."""
+CLEAR = 0.005
+"""Steps, metres, of the noise of the faces in whose line lintels lie: those that differ by less are equally clear."""
 BEYOND = DEEPEST_RECESS + 0.15
 """How far behind a gap, metres, it is asked whether the ceiling goes on there."""
 BEFORE = (0.1, 0.5)
@@ -49,10 +51,10 @@ def window_fronts(
     runs = [_in_line(run, lines) for edge in edges for run in _under_strips(edge, plan)]
     lintels: list[Face] = []
     longest = Lines.of(sorted(runs, key=lambda r: -r.length))
-    for seed in sorted(runs, key=lambda r: (r.rms, -r.length)):
-        run = _with_rest(seed, longest)
-        if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
-            lintels.append(run)
+    for seed in sorted(runs, key=lambda r: (round(r.rms / CLEAR), -r.length)):
+        for run in (_with_rest(seed, longest), seed):  # of a stretch drawn on too far the seed stays
+            if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
+                lintels.append(run)
     glazing = [[f for f in faces if _stands_back(f, lintel)] for lintel in lintels]
     kept = [f for f in faces if not any(f is g for behind in glazing for g in behind)]
     return [_over(lintel, behind) for lintel, behind in zip(lintels, glazing, strict=True)], kept

@@ -25,6 +25,9 @@ LEAST_SHARE = 0.3
 """Share of all reveals that must go deeper than the usual wall to believe in a thicker one."""
 THICKEST_OUTER = 0.5
 """Thickness, metres, beyond which depths behind a face are niches and rooms never entered, not reveals."""
+ROUNDED = 0.05
+"""Steps, metres, of an assumed thickness: what reveals tell of it is no finer, and it is to be the same for any scan.
+"""
 F64 = NDArray[np.float64]
 
 
@@ -60,4 +63,5 @@ def outer_thickness(depths: Sequence[float]) -> float:
     deep = [d for d in reveals if d > OUTER]
     if len(deep) < max(FEWEST, LEAST_SHARE * len(reveals)):
         return OUTER
-    return round(min(float(np.percentile(deep, 75)) + 0.02, THICKEST_OUTER), 3)
+    thickness = float(np.percentile(deep, 75)) + 0.02
+    return min(round(round(thickness / ROUNDED) * ROUNDED, 3), THICKEST_OUTER)

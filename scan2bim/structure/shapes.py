@@ -60,6 +60,8 @@ class WallShape:
     length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them. ``profile``:
     the upper edge where it is not level, as points (distance along the axis, height over the base). ``bulge``: the
     tangent of a quarter of its arc's angle, positive to the left.
+    Standard deviations, metres: ``thickness_sigma``, None where the thickness is assumed; ``position_sigma`` of the
+    axis across the wall, where one face was seen of that, None where none was.
     """
 
     start: Point
@@ -80,6 +82,7 @@ class WallShape:
     joins: tuple[JoinShape, ...] = ()
     profile: tuple[Point, ...] = ()
     bulge: float = 0.0
+    position_sigma: float | None = None
 
     @property
     def axis(self) -> Arc:

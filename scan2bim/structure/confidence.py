@@ -1,0 +1,42 @@
+"""The probability that a wall is right, from what was seen of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scan2bim.structure.shapes import WallShape
+
+LONG = 3.0
+"""Length, metres, from which on a longer wall is no surer."""
+ROUGH = 0.02
+"""Root mean square distance, metres, of what is no plane."""
+MANY = 4
+"""Stations from which on further ones add nothing."""
+WEIGHTS = np.array([-4.06, 1.47, -2.53, 3.37, 4.1, 1.4, -3.29])
+"""Fitted by ``tests/benchmarks/fit_walls.py``, in the order of ``features``."""
+LEAST, MOST = 0.02, 0.98
+"""No probability outside these is stated."""
+
+
+def features(wall: WallShape) -> NDArray[np.float64]:
+    """What speaks for a wall, each 0 to 1, after a leading 1: coverage of its faces, roughness, length, ends that join
+    others, stations, and spaces on both sides of one seen face.
+    """
+    return np.array(
+        [
+            1.0,
+            wall.coverage,
+            min(wall.rms / ROUGH, 1.0),
+            min(wall.length / LONG, 1.0),
+            len({join.at for join in wall.joins}) / 2,
+            min(len(wall.stations) / MANY, 1.0),
+            float(wall.thickness_sigma is None and bool(wall.left) and bool(wall.right)),
+        ]
+    )
+
+
+def probability(wall: WallShape) -> float:
+    """That most of what the wall shows to rooms is within 5 cm of a face of a true wall: in 0-1."""
+    chance = float(1 / (1 + np.exp(-features(wall) @ WEIGHTS)))
+    return round(min(max(chance, LEAST), MOST), 3)
