@@ -50,7 +50,7 @@ SURFELS = Stage("surfels", 4, ("read",), lambda s: s.surfels, 0.1, 25)
 STRUCTURE = Stage("structure", 31, ("surfels", "read"), lambda s: s.structure, 0.5, 80)
 OPENINGS = Stage("openings", 28, ("structure", "surfels", "read"), lambda s: s.openings, 0.7, 150)
 MODEL = Stage("model", 20, ("survey", "structure", "openings", "surfels", "read"), lambda s: None, 0.2, 20)
-EXPORT = Stage("export", 3, ("model",), lambda s: None, 0.5, 25)
+EXPORT = Stage("export", 4, ("model",), lambda s: None, 0.5, 25)
 
 STAGES = (SURVEY, READ, SURFELS, STRUCTURE, OPENINGS, MODEL, EXPORT)
 

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.exporters.ifc_draft import Draft, Level, aggregate, layered_type
-from scan2bim.exporters.ifc_file import Entity
+from scan2bim.exporters.ifc_file import Entity, IfcFile
 from scan2bim.exporters.ifc_properties import measure
-from scan2bim.exporters.ifc_shapes import placement, polygons, prisms, representation, shape
+from scan2bim.exporters.ifc_shapes import axes, placement, polygons, profile, representation, rings, shape
 from scan2bim.model.colours import colour_of
 from scan2bim.model.elements import RoofPlane, Storey
+from scan2bim.model.shapes import rise_of
 
 LEAST_THICKNESS = 0.001
 """Metres, as of plates."""
@@ -56,6 +57,12 @@ def plane_frame(plane: RoofPlane) -> tuple[Floats, Floats, Floats]:
     return origin, rows, ((points - origin) @ rows.T)[:, :2]
 
 
+def _upright(ifc: IfcFile, area: Entity, depth: float, rows: Floats) -> Entity:
+    """A plane's area swept straight up, not square to it: the planes of a roof then meet at its ridge."""
+    up = ifc.direction(tuple(float(c) for c in rows[:, 2]))
+    return ifc.add("IfcExtrudedAreaSolid", area, axes(ifc, (0.0, 0.0, 0.0)), up, round(depth, 6))
+
+
 def _plane(draft: Draft, level: Level, roof: Entity, plane: RoofPlane) -> tuple[Entity, float, float] | None:
     """The slab, its area in its plane and in plan."""
     ifc = draft.ifc
@@ -68,7 +75,7 @@ def _plane(draft: Draft, level: Level, roof: Entity, plane: RoofPlane) -> tuple[
         draft.notes.append(f"Roof plane {plane.name!r} ({plane.id}) has no area and was left out.")
         return None
     depth = max(round(plane.thickness.value, 3), LEAST_THICKNESS)
-    solids = prisms(ifc, areas, depth, 0.0)
+    solids = [_upright(ifc, profile(ifc, *rings(a)), depth / rise_of(np.array(plane.outline)), rows) for a in areas]
     draft.styles.paint(solids, colour_of(plane))
     axes = ifc.add(
         "IfcAxis2Placement3D",

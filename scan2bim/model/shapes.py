@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scan2bim.geometry.meshes import EMPTY, Mesh, box_mesh, merge_meshes, plate_mesh, prism_mesh, stepped_mesh
 from scan2bim.geometry.wall_meshes import WallEnds, WallForm, wall_mesh
@@ -233,8 +234,15 @@ def upright_body(element: Space | Column | Beam | Stair) -> Mesh:
 
 
 def roof_body(roof: RoofPlane) -> Mesh:
-    """A roof's plane with its thickness upwards, in the building's frame."""
-    return plate_mesh(np.array(roof.outline, np.float64), roof.thickness.value)
+    """A roof's plane with its thickness; its sides are upright, so that planes meet at ridges. Building's frame."""
+    corners = np.array(roof.outline, np.float64)
+    return plate_mesh(corners, roof.thickness.value / rise_of(corners))
+
+
+def rise_of(corners: NDArray[np.float64]) -> float:
+    """Cosine of the pitch of a plane through corners (n, 3), at least 0.2 (78 degrees)."""
+    normal = np.linalg.svd(corners - corners.mean(axis=0))[2][2]
+    return max(0.2, abs(float(normal[2])))
 
 
 def flight_bodies(stair: Stair) -> Mesh:

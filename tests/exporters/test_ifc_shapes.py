@@ -146,6 +146,8 @@ def test_roof_planes_are_slabs_of_one_roof_in_their_own_planes(house):
     low = points(parts[0])
     for corner in every_shape().storeys[1].roofs[0].outline:
         assert np.abs(low - np.array(corner)).sum(axis=1).min() < 1e-4
+    assert np.unique(np.round(low[:, :2], 3), axis=0).shape == (4, 2)
+    assert volume(parts[0]) == pytest.approx(util.get_pset(parts[0], "Qto_SlabBaseQuantities", "NetVolume"), rel=1e-3)
     assert util.get_pset(parts[0], "Pset_SlabCommon", "PitchAngle") == pytest.approx(math.atan2(2.2, 3.0), abs=1e-6)
     assert util.get_container(roof, should_get_direct=True).Name == "Upper floor"
 

@@ -390,7 +390,7 @@ def test_every_kind_of_element_has_its_shape():
             "wall-leaning": 4 * 2.5 * 0.2,
             "wall-niche": 4 * 2.5 * 0.2 - 1.0 * 1.0 * 0.1,
             "beam-1": 4 * 0.2 * 0.3,
-            "roof-1": 4 * 3 * 0.2,
+            "roof-1": 4 * math.hypot(3.0, 2.0) * 0.2,
             "stair-1": (1 + 2 + 13 * 2.5) * 2.7 / 16 * 2.0 / 15,
         },
         rel=0.003,
