@@ -27,9 +27,9 @@ REACH = 4.0
 """How far a face's line is drawn on past its ends, metres: corners behind cupboards, wide passages."""
 CAP = 0.6
 """Length, metres, of the cuts at a face's ends: most walls are thinner."""
-LEAST_OPEN = 1.5
-"""Square metres of clear evidence outside all cells from which on the cuts are drawn deeper: a return wall that nobody
-saw leaves a room open.
+LEAST_OPEN = 1.0
+"""Square metres in one piece of clear evidence outside all cells from which on the cuts are drawn deeper: a return wall
+that nobody saw leaves a room open.
 """
 BARE_EDGE = 0.30
 """Cost per metre of a label change where no face was seen, in square metres of full evidence."""
@@ -190,12 +190,18 @@ def _cells_between(faces: Sequence[Face], cap: float) -> NDArray[np.object_]:
 
 
 def _left_out(polygons: NDArray[np.object_], plan: Plan, score: NDArray[np.float32]) -> float:
-    """Square metres of clear evidence for space that lie in no cell: the lines leave a gap somewhere round them."""
+    """Square metres of the largest patch of clear evidence for space that lies in no cell: the lines leave a gap
+    somewhere round it.
+    """
     row, col = np.nonzero(score > 0.5)
     middle = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
     whole = shapely.union_all(polygons, grid_size=1e-6)
     shapely.prepare(whole)
-    return float((~shapely.contains_xy(whole, middle[:, 0], middle[:, 1])).sum()) * PLAN * PLAN
+    out = ~shapely.contains_xy(whole, middle[:, 0], middle[:, 1])
+    mask = np.zeros(score.shape, np.uint8)
+    mask[row[out], col[out]] = 1
+    sizes = cv2.connectedComponentsWithStats(mask)[2][1:, cv2.CC_STAT_AREA]
+    return float(sizes.max(initial=0)) * PLAN * PLAN
 
 
 def _caps(face: Face, depth: float) -> tuple[F64, F64]:
