@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
@@ -80,6 +81,8 @@ def _unless_inside(axis: Axis, axes: Sequence[Axis], joined: set[int]) -> Axis |
 
 def _beside(longer: Axis, axis: Axis) -> Axis | None:
     """What is left of a wall where the longer one does not stand: itself if they share nothing, None for nothing."""
+    if _far(longer, axis):
+        return axis
     turn = float(longer.direction @ axis.direction)
     if abs(turn) < PARALLEL:
         own = _body(axis)
@@ -104,6 +107,12 @@ def _beside(longer: Axis, axis: Axis) -> Axis | None:
         turn > 0
     )  # what is cut off is the wall's left, where the longer one stands now
     return replace(rest, left=frozenset()) if hidden_left else replace(rest, right=frozenset())
+
+
+def _far(one: Axis, other: Axis) -> bool:
+    """Whether two walls lie too far apart to meet, by circles round them."""
+    apart = math.hypot(*((one.start + one.end - other.start - other.end) / 2))
+    return apart > sum((a.length + a.thickness) / 2 for a in (one, other))
 
 
 def _shows(axis: Axis, part: tuple[float, float], turn: float, right: float) -> bool:

@@ -7,7 +7,7 @@ has two or three such heights, a stair many; it makes no difference whether it i
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -168,41 +168,52 @@ def _levels(height: F64) -> int:
 def _over_gaps(runs: list[I64], tread: I64, height: F64, xy: F64) -> list[I64]:
     """Runs of tread numbers, those joined of which one goes on above the other with hidden treads between."""
     runs = sorted(runs, key=lambda run: float(height[run].min()))
-    for lower in range(len(runs)):
-        for upper in range(lower + 1, len(runs)):
-            if _goes_on(runs[lower], runs[upper], tread, height, xy):
-                runs[lower], runs[upper] = runs[lower][:0], np.concatenate([runs[lower], runs[upper]])
+    order = np.argsort(tread, kind="stable")
+    of = np.split(order, np.flatnonzero(np.diff(tread[order])) + 1)
+    middle = np.array([xy[at].mean(0) for at in of])
+    size = np.array([np.linalg.norm(xy[at] - m, axis=1).max() for at, m in zip(of, middle, strict=True)])
+
+    def within(first: int, second: int, reach: float) -> bool:
+        if np.linalg.norm(middle[first] - middle[second]) - size[first] - size[second] > reach:
+            return False
+        return float(np.linalg.norm(xy[of[first], None] - xy[None, of[second]], axis=2).min()) < reach
+
+    for lower, run in enumerate(runs):
+        stair = _from_floor(height[run])
+        for upper in range(lower + 1, len(runs)) if stair else ():
+            if _goes_on(run, stair or (0.0, 0.0), runs[upper], height, within):
+                runs[lower], runs[upper] = run[:0], np.concatenate([run, runs[upper]])
                 break
     return [run for run in runs if len(run)]
 
 
-def _goes_on(lower: I64, upper: I64, tread: I64, height: F64, xy: F64) -> bool:
-    """Whether an ``upper`` run of treads continues a ``lower`` one that starts at the floor: whole numbers of its
-    risers higher, no farther off than the treads between reach.
+def _from_floor(height: F64) -> tuple[float, float] | None:
+    """Riser and height, metres, of the first of a run's treads if it starts at the floor."""
+    number = np.rint((height - height.min()) / _riser(height))
+    riser, first = np.polyfit(number, height, 1)
+    return (riser, first) if LEAST_RISER < riser < MOST_RISER and first <= 1.5 * riser else None
+
+
+def _goes_on(
+    lower: I64, stair: tuple[float, float], upper: I64, height: F64, within: Callable[[int, int, float], bool]
+) -> bool:
+    """Whether an ``upper`` run of treads continues a ``lower`` one, of a ``stair``'s riser and first height: whole
+    numbers of risers higher, no farther off than the treads between reach.
     """
-    number = np.rint((height[lower] - height[lower].min()) / _riser(height[lower]))
-    riser, first = np.polyfit(number, height[lower], 1)
-    if not LEAST_RISER < riser < MOST_RISER or first > 1.5 * riser:
-        return False
-    over = np.rint((height[upper] - first) / riser)
+    riser, first = stair
+    number, over = (np.rint((height[run] - first) / riser) for run in (lower, upper))
     off = [np.median(np.abs(height[run] - first - n * riser)) for run, n in ((lower, number), (upper, over))]
+    if max(off) >= LEVEL:
+        return False
     between = over[None] - number[:, None]
-    follows = (between > 0) & (over > number.max()) & (between < MOST_HIDDEN) & (max(off) < LEVEL)
-    return any(
-        _apart(xy[tread == lower[a]], xy[tread == upper[b]]) < between[a, b] * MOST_GOING
-        for a, b in np.argwhere(follows)
-    )
+    follows = (between > 0) & (over > number.max()) & (between < MOST_HIDDEN)
+    return any(within(int(lower[a]), int(upper[b]), float(between[a, b]) * MOST_GOING) for a, b in np.argwhere(follows))
 
 
 def _riser(height: F64) -> float:
     """Median step, metres, between different heights of treads."""
     steps = np.diff(np.sort(height))
     return float(np.median(steps[steps > LEAST_RISER / 2]))
-
-
-def _apart(first: F64, second: F64) -> float:
-    """Least distance, metres, of points (n, 2) and (m, 2)."""
-    return float(np.linalg.norm(first[:, None] - second[None], axis=2).min())
 
 
 def _stair(
