@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.ifc_model import ModelElement
-from scan2bim.verify.jambs import CERTAIN
 from scan2bim.verify.openings import ANGLE, FLUSH, OPEN, PLANE, SURE, OpeningContext
 from scan2bim.verify.result import Addition
 from scan2bim.verify.status import Surface
@@ -48,7 +47,7 @@ def added_openings(
             seen += float(area[measured | through].sum())
             host = elements[wall].name
         # A closed leaf that is flush with its wall leaves the wall's surface as it is.
-        flush = found.kind == "door" and found.state == "closed" and found.confidence > CERTAIN
+        flush = found.state == "closed" and found.tells_place
         open_there = gone > (OPEN if found.confidence >= SURE else WELL_OPEN) * seen
         if seen > LEAST_SEEN and (flush or open_there):
             out.append(_addition(found, host, len(out), gone, to_model))

@@ -15,6 +15,10 @@ from scan2bim.verify.hanging import Hanging, built_hanging
 F64 = NDArray[np.float64]
 
 
+CERTAIN = 0.8
+"""Confidence from which on a detected opening tells where one is whose sides are not seen."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Detected:
     """An opening of the building that the scans show: middle (3,) local metres, direction (2,), sizes, and its fill."""
@@ -28,6 +32,11 @@ class Detected:
     confidence: float
     state: Literal["open", "ajar", "closed", "unknown"]
     hanging: Hanging | None = None
+
+    @property
+    def tells_place(self) -> bool:
+        """Whether its sides are good enough to judge by where none were seen. Curtains hide those of windows."""
+        return self.kind == "door" and self.confidence > CERTAIN
 
 
 def detected_openings(building: Building | None) -> tuple[Detected, ...]:

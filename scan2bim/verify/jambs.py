@@ -26,8 +26,6 @@ MOVED = 0.05
 to some 25 mm."""
 FRAME = 0.08
 """Metres that frames, linings or the hinged edge of a leaf may bring a side of an opening in."""
-CERTAIN = 0.8
-"""Confidence from which on a detected opening tells where one is whose sides are not seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,5 +122,5 @@ def detected_change(gap: Gap, found: Detected | None) -> Change:
     if found is None:
         return Change(None, None)
     shift, width = float((found.middle[:2] - gap.middle[:2]) @ gap.along), found.width - gap.width
-    moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.confidence > CERTAIN
+    moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.tells_place
     return Change(shift if moved else 0.0, 0.0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.hanging import difference
 from scan2bim.verify.ifc_model import ModelElement
-from scan2bim.verify.jambs import CERTAIN, Change, built_face, detected_change, extent_change, outline_change
+from scan2bim.verify.jambs import Change, built_face, detected_change, extent_change, outline_change
 from scan2bim.verify.outlines import Outline, Profiles, find_extent, find_outline
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
@@ -174,7 +174,7 @@ def _outline(context: OpeningContext, number: int, found: Detected | None) -> Ou
     if found is None:
         return find_outline(context.profiles, number, faces, [0.0], None)
     aside, wider = float((found.middle[:2] - gap.middle[:2]) @ gap.along), (found.width - gap.width) / 2
-    sides = (aside - wider, -aside - wider) if found.confidence > CERTAIN else None
+    sides = (aside - wider, -aside - wider) if found.tells_place else None
     return find_outline(context.profiles, number, faces, [0.0, aside], sides)
 
 
