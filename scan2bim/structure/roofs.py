@@ -164,11 +164,13 @@ def _rectangle(plane: F64, region: Mask, plan: Plan) -> Polygon:
 
 
 def lower_side(difference: F64, near: BaseGeometry) -> BaseGeometry:
-    """Where one plane lies below another, as a large rectangle beside their meeting line; ``difference`` (3,)."""
+    """Where one plane lies below another, as a large rectangle beside their meeting line; ``difference`` (3,).
+    Where the planes do not meet or ``near`` is empty, ``near`` itself.
+    """
     size = float(np.linalg.norm(difference[:2]))
-    middle = np.array(near.centroid.coords[0])
-    if size < 1e-6:
+    if size < 1e-6 or near.is_empty:
         return near
+    middle = np.array(near.centroid.coords[0])
     normal = difference[:2] / size
     along = np.array([-normal[1], normal[0]])
     foot = middle - normal * (middle @ difference[:2] + difference[2]) / size

@@ -51,6 +51,14 @@ def test_slivers_beside_planes_belong_to_them_and_holes_stay_open() -> None:
     assert min(z for s in found for _, _, z in s) == pytest.approx(0.66, abs=0.001)
 
 
+def test_a_sliver_between_three_planes_goes_to_the_lowest() -> None:
+    hip = Slope(np.array([-0.8, 0.0, 4.0]), box(4.002, 0, 9, 3), 0.001, 1.0)
+    north = Slope(NORTH.plane + np.array([0.0, 0.0, 0.1]), box(0, 3, 9, 6), 0.001, 1.0)
+    planes = [Slope(SOUTH.plane, box(0, 0, 4, 3), 0.001, 1.0), hip, north]
+    found = soffits_of(ROOM, planes, 3.1)
+    assert area_of(found) == pytest.approx(54.0)
+
+
 def test_a_space_without_roof_planes_over_it_has_no_pieces() -> None:
     assert soffits_of(box(20, 0, 25, 5), [SOUTH, NORTH], 2.4) == ()
 
