@@ -15,8 +15,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
+from fitting import F64, fitted
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scene import load_scene
@@ -30,7 +30,6 @@ RIDGE = 0.3
 """Weight of the squares of the weights: as much as a third of a door's own loss a unit."""
 RIGHT, PART, OTHER = 0.7, 0.15, 0.5
 """Overlaps (intersection over union) as told above."""
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +48,8 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     sample = joined([sample_of(scene) for scene in options.scenes])
-    weights = fitted(sample)
+    terms = np.column_stack([np.ones(len(sample.features)), sample.features])
+    weights = fitted(terms, sample.right, RIDGE, sample.weight)
     print(f"{sample.weight[sample.right].sum():.0f} doors, {(~sample.right).sum()} other rectangles")
     print("BIAS =", round(float(weights[0]), 2))
     print("WEIGHTS =", [round(float(w), 2) for w in weights[1:]])
@@ -112,21 +112,6 @@ def joined(samples: list[Sample]) -> Sample:
         np.concatenate([s.right for s in samples]),
         np.concatenate([s.weight for s in samples]),
     )
-
-
-def fitted(sample: Sample) -> F64:
-    """Bias and weights of least logistic loss."""
-    terms = np.column_stack([np.ones(len(sample.features)), sample.features])
-
-    def loss(weights: F64) -> tuple[float, F64]:
-        z = terms @ weights
-        off = 1 / (1 + np.exp(-z)) - sample.right
-        value = (sample.weight * (np.logaddexp(0, z) - sample.right * z)).sum() + RIDGE / 2 * (weights[1:] ** 2).sum()
-        slope = terms.T @ (sample.weight * off)
-        slope[1:] += RIDGE * weights[1:]
-        return float(value), slope
-
-    return np.asarray(minimize(loss, np.zeros(terms.shape[1]), jac=True, method="L-BFGS-B").x, np.float64)
 
 
 def reliability(sample: Sample, weights: F64) -> None:

@@ -8,26 +8,24 @@ SCENE is a folder with a truth.json of simulated scans, WORK the work folder of 
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fitting import F64, fitted, judged, newest, tell
 from numpy.typing import NDArray
 
 from scan2bim.openings.confidence import LEAST, MOST, WEIGHTS, features
 from scan2bim.openings.shapes import OpeningShape, load_openings
 from scan2bim.structure.shapes import StructureShape, WallShape
 
-F64 = NDArray[np.float64]
 RIDGE = 0.3
 """Weight of the squares of the weights: few false openings are in the scenes."""
 MATCH = 0.5
 """Least overlap (intersection over union) with a true opening of its kind."""
 KINDS = {"window": ("windows",), "door": ("doors",), "passage": ("openings", "doors")}
-BINS = (*(k / 10 for k in range(10)), 1.01)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,14 +36,18 @@ class Examples:
     right: NDArray[np.bool_]
     window: NDArray[np.bool_]
 
+    def only(self, mask: NDArray[np.bool_]) -> Examples:
+        """Those of a mask (n,)."""
+        return Examples(self.rows[mask], self.right[mask], self.window[mask])
+
 
 def examples(scene: Path, work: Path) -> Examples:
     """Of one scene."""
     truth: dict[str, Any] = json.loads((scene / "truth.json").read_text())
-    shift = np.array(json.loads(one(work, "survey", "frame.json").read_text())["shift"])
-    structure = StructureShape.load(one(work, "structure", "structure.json"))
+    shift = np.array(json.loads(newest(work, "survey", "frame.json").read_text())["shift"])
+    structure = StructureShape.load(newest(work, "structure", "structure.json"))
     rows, right, window = [], [], []
-    for opening in load_openings(one(work, "openings", "openings.json")):
+    for opening in load_openings(newest(work, "openings", "openings.json")):
         if opening.sides == 0:
             continue  # found as a closed door: that has weights of its own
         wall = structure.storeys[opening.storey].walls[opening.wall]
@@ -58,10 +60,6 @@ def examples(scene: Path, work: Path) -> Examples:
         right.append(max(overlaps, default=0.0) >= MATCH)
         window.append(opening.kind == "window")
     return Examples(np.array(rows).reshape(-1, len(WEIGHTS)), np.array(right, bool), np.array(window, bool))
-
-
-def one(work: Path, stage: str, name: str) -> Path:
-    return max((work / "stages" / stage).glob(f"*/{name}"), key=lambda p: p.stat().st_mtime)
 
 
 def overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
@@ -79,32 +77,6 @@ def overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
     return float(both / (opening.width * opening.height + np.ptp(along) * np.ptp(up) - both))
 
 
-def fitted(rows: F64, right: NDArray[np.bool_]) -> F64:
-    """Weights of a logistic regression, by Newton's method."""
-    weights = np.zeros(rows.shape[1])
-    penalty = np.diag([0.0, *[RIDGE] * (rows.shape[1] - 1)])
-    for _ in range(50):
-        chance = 1 / (1 + np.exp(-rows @ weights))
-        slope = rows.T @ (right - chance) - penalty @ weights
-        bend = (rows * (chance * (1 - chance))[:, None]).T @ rows + penalty
-        weights = weights + np.linalg.solve(bend, slope)
-    return weights
-
-
-def report(name: str, rows: F64, right: NDArray[np.bool_], weights: F64) -> None:
-    """Print the reliability table and the expected calibration error."""
-    chance = np.clip(1 / (1 + np.exp(-rows @ weights)), LEAST, MOST)
-    print(f"{name}: {len(right)} openings, {right.mean():.3f} of them right, said {chance.mean():.3f}")
-    error = 0.0
-    for low, high in itertools.pairwise(BINS):
-        here = (chance >= low) & (chance < high)
-        if here.any():
-            said, true = chance[here].mean(), right[here].mean()
-            print(f"  said {low:.2f}-{high:.2f}: {here.sum():4d}, mean {said:.3f}, right {true:.3f}")
-            error += here.mean() * abs(said - true)
-    print(f"  expected calibration error {error:.3f}")
-
-
 def main() -> None:
     """Fit on some scenes, test on others."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -112,13 +84,18 @@ def main() -> None:
     parser.add_argument("--test", nargs="+", default=[], metavar="SCENE=WORK")
     arguments = parser.parse_args()
     known = joined(arguments.fit)
-    weights = fitted(known.rows, known.right)
+    weights = fitted(known.rows, known.right, RIDGE)
     print("WEIGHTS = np.array(", [round(float(w), 2) for w in weights], ")")
-    report("fitted on", known.rows, known.right, weights)
+    told("fitted on", known, weights)
     if arguments.test:
         other = joined(arguments.test)
-        report("tested on", other.rows, other.right, weights)
-        report("windows of these", other.rows[other.window], other.right[other.window], weights)
+        told("tested on", other, weights)
+        told("windows of these", other.only(other.window), weights)
+
+
+def told(name: str, found: Examples, weights: F64) -> None:
+    """Print how well ``weights`` are calibrated."""
+    tell(name, judged(found.rows, found.right, weights, LEAST, MOST))
 
 
 def joined(pairs: list[str]) -> Examples:

@@ -22,6 +22,9 @@ from scan2bim.structure.shapes import StructureShape
 from scan2bim.truth.io import read_truth
 from scan2bim.truth.values import TRUTH_FORMAT, SpaceTruth, Truth, WallTruth
 
+RIDGE = 0.1
+"""Weight of the squares of the weights: few wrong walls are in the scenes."""
+
 
 def truth_of(scene: Path) -> Truth:
     """A scene's truth, in either form."""
@@ -75,7 +78,7 @@ def main() -> None:
     parser.add_argument("--test", nargs="+", default=[], metavar="SCENE=WORK")
     options = parser.parse_args()
     rows, right = joined(options.fit)
-    weights = fitted(rows, right)
+    weights = fitted(rows, right, RIDGE)
     print("WEIGHTS = np.array(", [round(float(w), 2) for w in weights], ")")
     tell("fitted on", judged(rows, right, weights, LEAST, MOST))
     if options.test:

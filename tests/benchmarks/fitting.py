@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 from scan2bim.evaluate.reliability import Reliability, reliability
 
 F64 = NDArray[np.float64]
-RIDGE = 0.1
-"""Weight of the squares of the weights: few wrong examples are in the scenes."""
 
 
-def fitted(rows: F64, right: NDArray[np.bool_]) -> F64:
-    """Weights (k,) of a logistic regression on features (n, k), the first of them 1, by Newton's method."""
+def fitted(rows: F64, right: NDArray[np.bool_], ridge: float, weight: F64 | float = 1.0) -> F64:
+    """Weights (k,) of a logistic regression on features (n, k), the first of them 1, by Newton's method.
+
+    ``ridge`` weighs the squares of the weights, ``weight`` the examples (n,).
+    """
     weights = np.zeros(rows.shape[1])
-    penalty = np.diag([0.0, *[RIDGE] * (rows.shape[1] - 1)])
+    penalty = np.diag([0.0, *[ridge] * (rows.shape[1] - 1)])
     for _ in range(50):
         chance = 1 / (1 + np.exp(-rows @ weights))
-        slope = rows.T @ (right - chance) - penalty @ weights
-        bend = (rows * (chance * (1 - chance))[:, None]).T @ rows + penalty
+        slope = rows.T @ (weight * (right - chance)) - penalty @ weights
+        bend = (rows * (weight * chance * (1 - chance))[:, None]).T @ rows + penalty
         weights = weights + np.linalg.solve(bend, slope)
     return weights
 
