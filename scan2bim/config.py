@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from scan2bim.errors import UsageError
+from scan2bim.errors import UsageError, reason
 
 UNITS: Mapping[str, float] = {
     "m": 1.0,
@@ -194,7 +194,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise UsageError(f"{path}: no such settings file. Pass an existing TOML file to --config.") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path}: the settings file cannot be read ({error}).") from None
+        raise UsageError(f"{path}: the settings file cannot be read ({reason(error)}).") from None
     except tomllib.TOMLDecodeError as error:
         raise UsageError(
             f"{path}: not a TOML file: {error}. Expected sections such as [frame] with key = value."

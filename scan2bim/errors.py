@@ -69,3 +69,8 @@ class ResourceError(Scan2BimError):
     """Out of memory or disk."""
 
     exit_code = 6
+
+
+def reason(error: Exception) -> str:
+    """Why a file cannot be used, in the system's words, without its number and without the path once more."""
+    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)

@@ -13,13 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import fake_stages
+import numpy as np
 import pytest
 from synthetic import two_rooms, write_scene
 
 from scan2bim import __version__, cli
 from scan2bim.commands.convert import default_work
-from scan2bim.config import UNITS, FrameSettings
+from scan2bim.commands.verify import read_transform
+from scan2bim.config import UNITS, FrameSettings, load_settings
+from scan2bim.errors import Scan2BimError
 from scan2bim.model.io import schema
+from scan2bim.simulate.stations import read_stations
 from scan2bim.stages import STAGES
 
 FAKE_CLI = Path(fake_stages.__file__)
@@ -345,3 +349,13 @@ def test_info_of_scans_without_points_says_so(tmp_path: Path, capsys: pytest.Cap
     (tmp_path / "a.xyz").write_text("nan nan nan\n" * 20)
     assert cli.main(["info", str(tmp_path / "a.xyz")]) == 0
     assert "valid point" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "read", [read_transform, lambda path: read_stations(path, np.random.default_rng(1)), load_settings]
+)
+def test_a_missing_file_is_told_in_words_alone(read: Callable[[Path], object], tmp_path: Path) -> None:
+    with pytest.raises(Scan2BimError) as told:
+        read(tmp_path / "nothing.txt")
+    assert "such" in str(told.value) and "Errno" not in str(told.value)
+    assert str(told.value).count("nothing.txt") == 1

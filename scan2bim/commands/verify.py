@@ -13,7 +13,7 @@ from scan2bim.cli import FAILING
 from scan2bim.commands.convert import talking, tell_work
 from scan2bim.commands.verify_summary import verified_json, verified_text
 from scan2bim.config import UNITS, load_settings
-from scan2bim.errors import UsageError
+from scan2bim.errors import UsageError, reason
 from scan2bim.planning import Request
 from scan2bim.progress import Reporter
 from scan2bim.verification import VerifyRequest, verify
@@ -98,7 +98,7 @@ def read_transform(path: Path) -> tuple[tuple[float, ...], ...]:
     try:
         numbers = [float(word) for word in re.split(r"[\s,;]+", path.read_text(encoding="utf-8").strip()) if word]
     except (OSError, ValueError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path}: expected a text file with 16 numbers ({error}).") from None
+        raise UsageError(f"{path}: expected a text file with 16 numbers ({reason(error)}).") from None
     if len(numbers) != 16:
         raise UsageError(f"{path}: expected 16 numbers, the rows of a 4 x 4 matrix, got {len(numbers)}.")
     rows = tuple(tuple(numbers[4 * i : 4 * i + 4]) for i in range(4))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from scan2bim.errors import ClosedFormatError, DamagedFileError, InputError
+from scan2bim.errors import ClosedFormatError, DamagedFileError, InputError, reason
 
 Format = Literal["E57", "LAS", "PLY", "PCD", "PTS", "PTX", "TEXT"]
 
@@ -157,11 +157,6 @@ def read_head(path: Path) -> bytes:
     if not head:
         raise DamagedFileError(path, "the file is empty (0 bytes).", "Copy or export it again.")
     return head
-
-
-def reason(error: OSError | ValueError) -> str:
-    """Why a path cannot be used, in the system's words, without its number and without the path once more."""
-    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
 def _refuse_suffix(path: Path) -> None:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from scan2bim.errors import ClosedFormatError, InputError
-from scan2bim.readers.formats import CLOSED, LOOSE_SUFFIXES, SUFFIXES, looks_like_points, read_head, reason
+from scan2bim.errors import ClosedFormatError, InputError, reason
+from scan2bim.readers.formats import CLOSED, LOOSE_SUFFIXES, SUFFIXES, looks_like_points, read_head
 
 _WILDCARDS = re.compile(r"[*?\[]")
 

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from scan2bim.errors import InputError, PrecheckError
+from scan2bim.errors import InputError, PrecheckError, reason
 from scan2bim.simulate.areas import Area
 from scan2bim.simulate.effects import World
 from scan2bim.simulate.scene import Point3, Station
@@ -58,7 +58,7 @@ def read_stations(path: Path, rng: Rng) -> list[Station]:
             rows = list(csv.DictReader(file, skipinitialspace=True))
             fields = {name.strip().lower() for name in (rows[0] if rows else {}) if name}
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, f"cannot be read as CSV ({error}).") from error
+        raise InputError(path, f"cannot be read as CSV ({reason(error)}).") from error
     if not rows or not set(COLUMNS) <= fields:
         raise InputError(
             path, "expected a first line with the names x, y, z (and name, if wanted), then a station a line."
