@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 CELL = 1.0
 """Edge of a cell, metres: a wall's length takes few, and few points lie in those besides the wall's own."""
+RADIX = 1 << 16
+"""Cells below which their numbers fit in 16 bits."""
 I64 = NDArray[np.int64]
 
 
@@ -18,8 +20,12 @@ class PlanIndex:
         self._low = cell.min(0) if len(cell) else np.zeros(2, np.int64)
         self._rows = int(cell[:, 1].max() - self._low[1] + 1) if len(cell) else 1
         keys = self._keys(cell)
+        if keys.max(initial=0) < RADIX:
+            keys = keys.astype(np.uint16)  # which numpy sorts digit by digit
         self._order = np.argsort(keys, kind="stable")
-        self._sorted = keys[self._order]
+        keys = keys[self._order]
+        first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1])) if len(keys) else np.zeros(0, np.int64)
+        self._cells, self._first = keys[first].astype(np.int64), np.append(first, len(keys))
 
     def _keys(self, cell: I64) -> I64:
         return (cell[:, 0] - self._low[0]) * self._rows + (cell[:, 1] - self._low[1])
@@ -41,7 +47,8 @@ class PlanIndex:
         return self.along(np.array([place, place]), reach)
 
     def _points(self, keys: I64) -> I64:
-        first = np.searchsorted(self._sorted, keys, "left")
-        last = np.searchsorted(self._sorted, keys, "right")
-        parts = [self._order[a:b] for a, b in zip(first, last, strict=True) if b > a]
+        """Numbers of the points in cells, cell by cell."""
+        at = np.minimum(np.searchsorted(self._cells, keys), max(len(self._cells) - 1, 0))
+        at = at[self._cells[at] == keys] if len(self._cells) else at[:0]
+        parts = [self._order[self._first[k] : self._first[k + 1]] for k in at.tolist()]
         return np.concatenate(parts) if parts else np.zeros(0, np.int64)

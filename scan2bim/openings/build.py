@@ -23,7 +23,7 @@ from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
 from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.openings.open import find_open
-from scan2bim.openings.outside import FARTHEST, enclosed_parts, leads_somewhere
+from scan2bim.openings.outside import enclosed_parts, leads_somewhere
 from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape, save_openings
 from scan2bim.openings.virtual import virtual_panoramas
@@ -109,8 +109,8 @@ def openings_of(
     for near in near_walls(structure, scene, scan_folders, folder, progress):
         seen = near.looked_through(scene, virtual)
         if enclosed[near.storey]:
-            around = scene.surfels.xyz[index.along(np.array([near.wall.start, near.wall.end]), FARTHEST)]
-            seen = [o for o in seen if leads_somewhere(o, near.wall, enclosed[near.storey], around)]
+            parts = enclosed[near.storey]
+            seen = [o for o in seen if leads_somewhere(o, near.wall, parts, scene.surfels.xyz, index)]
         faces = near.faces(structure, scene)
         if settings.method == "paper":
             found += [*seen, *paper_openings(near.storey, near.place, faces, settings)]
@@ -193,7 +193,7 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     middle = wall.place(np.array([opening.offset + opening.width / 2]))[0]
     rows = index.along(np.array([middle, middle]), 1.5 * opening.width + wall.thickness, ordered=False)
     z = surfels.xyz[rows, 2]
-    points = surfels.xyz[np.sort(rows[(z > wall.base) & (z < wall.top)])].astype(np.float64)
+    points = surfels.xyz[rows[(z > wall.base) & (z < wall.top)]].astype(np.float64)
     leaf = find_leaf(wall, opening.offset, opening.width, opening.sill + opening.height, points)
     if leaf is not None:
         return replace(

@@ -115,7 +115,7 @@ def level(points: FacePoints, breaks: Sequence[float]) -> None:
     """Make the depths distances to the plane fitted to the face's own points, each station's small offset taken off;
     between two ``breaks`` (metres along) the face has a plane of its own. In place.
     """
-    part = np.searchsorted(np.array(breaks, np.float64), points.along).astype(np.int32)
+    part = _parts(points.along, np.array(breaks, np.float64))
     near, wide = _counted(part, points.depth, len(breaks) + 1)
     off = near < 0.2 * wide
     used = np.where(off, wide, near)
@@ -126,6 +126,16 @@ def level(points: FacePoints, breaks: Sequence[float]) -> None:
         at = rows[ends[k] : ends[k + 1]]
         planes[k] = _plane(points.along[at], points.up[at], points.depth[at])
     _flatten(points.along, points.up, points.depth, points.slot, points.slots, part, planes)
+
+
+@nb.njit(cache=True, nogil=True)
+def _parts(along, breaks):  # pyright: ignore
+    """The number of ``breaks`` (b,) before each place (n,)."""
+    out = np.zeros(along.shape[0], np.int32)
+    for place in breaks:
+        for i in range(along.shape[0]):
+            out[i] += along[i] > place
+    return out
 
 
 def _plane(along: F32, up: F32, depth: F32) -> F64:

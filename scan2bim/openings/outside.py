@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import StoreyShape, WallShape
 
@@ -45,10 +46,14 @@ def _outline(wall: WallShape) -> BaseGeometry:
 
 
 def leads_somewhere(
-    opening: OpeningShape, wall: WallShape, enclosed: Sequence[Polygon], surfels: NDArray[np.float32]
+    opening: OpeningShape,
+    wall: WallShape,
+    enclosed: Sequence[Polygon],
+    surfels: NDArray[np.float32],
+    index: PlanIndex,
 ) -> bool:
-    """Whether behind an opening there is a space, the open, or something that was seen: of ``surfels`` (n, 3) those of
-    its height count.
+    """Whether behind an opening there is a space, the open, or something that was seen: of ``surfels`` (n, 3) and
+    their ``index`` those of its height count.
     """
     if opening.kind != "window" or (wall.left and wall.right):
         return True
@@ -69,5 +74,7 @@ def leads_somewhere(
     ]
     beyond = part.intersection(Polygon(corners))
     low, high = wall.base + opening.sill, wall.base + opening.sill + opening.height
-    rows = surfels[(surfels[:, 2] > low) & (surfels[:, 2] < high)]
+    middle = np.array([face, face + FARTHEST * outwards])
+    rows = surfels[index.along(middle, opening.width / 2, ordered=False)]
+    rows = rows[(rows[:, 2] > low) & (rows[:, 2] < high)]
     return int(shapely.contains_xy(beyond, rows[:, 0].astype(np.float64), rows[:, 1].astype(np.float64)).sum()) >= SEEN

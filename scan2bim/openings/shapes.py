@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -62,9 +63,14 @@ class OpeningShape:
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:
     """Write as JSON."""
-    path.write_bytes(TypeAdapter(tuple[OpeningShape, ...]).dump_json(tuple(openings)))
+    path.write_bytes(_adapter().dump_json(tuple(openings)))
 
 
 def load_openings(path: Path) -> tuple[OpeningShape, ...]:
     """Read what ``save_openings`` wrote."""
-    return TypeAdapter(tuple[OpeningShape, ...]).validate_json(path.read_bytes())
+    return _adapter().validate_json(path.read_bytes())
+
+
+@cache
+def _adapter() -> TypeAdapter[tuple[OpeningShape, ...]]:
+    return TypeAdapter(tuple[OpeningShape, ...])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -228,12 +229,17 @@ class StructureShape:
 
     def save(self, path: Path) -> None:
         """Write as JSON."""
-        path.write_bytes(TypeAdapter(StructureShape).dump_json(self))
+        path.write_bytes(_adapter().dump_json(self))
 
     @staticmethod
     def load(path: Path) -> StructureShape:
         """Read what ``save`` wrote."""
-        return TypeAdapter(StructureShape).validate_json(path.read_bytes())
+        return _adapter().validate_json(path.read_bytes())
+
+
+@cache
+def _adapter() -> TypeAdapter[StructureShape]:
+    return TypeAdapter(StructureShape)
 
 
 def ring_of(points: NDArray[np.float64]) -> Ring:

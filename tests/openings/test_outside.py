@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from shapely.geometry import box
+from shapely.geometry import Polygon, box
 
+from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.outside import enclosed_parts, leads_somewhere
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import SpaceShape, StoreyShape, WallShape
@@ -49,6 +50,10 @@ def around(width: float, height: float = 4.0, gap: float = 0.0) -> tuple[StoreyS
     return StoreyShape(0.0, 0.002, 2.6, 2.6, spaces, walls), walls[0]
 
 
+def leads(window: OpeningShape, host: WallShape, enclosed: list[Polygon], surfels: NDArray[np.float32]) -> bool:
+    return leads_somewhere(window, host, enclosed, surfels, PlanIndex(surfels))
+
+
 def seen(x: tuple[float, float], y: tuple[float, float], count: int = 60) -> NDArray[np.float32]:
     rng = np.random.default_rng(2)
     return np.column_stack([rng.uniform(*x, count), rng.uniform(*y, count), rng.uniform(1, 2, count)]).astype(
@@ -58,36 +63,36 @@ def seen(x: tuple[float, float], y: tuple[float, float], count: int = 60) -> NDA
 
 def test_a_window_into_a_part_that_nobody_looked_into_leads_nowhere() -> None:
     storey, host = around(3.0)
-    assert not leads_somewhere(WINDOW, host, enclosed_parts(storey), NOTHING)
+    assert not leads(WINDOW, host, enclosed_parts(storey), NOTHING)
 
 
 def test_what_was_seen_beyond_makes_it_a_light_well() -> None:
     storey, host = around(3.0)
     enclosed = enclosed_parts(storey)
-    assert leads_somewhere(WINDOW, host, enclosed, seen((1.0, 2.5), (1.0, 2.0)))
-    assert not leads_somewhere(WINDOW, host, enclosed, seen((1.0, 2.5), (1.0, 2.0), count=10))
-    assert not leads_somewhere(WINDOW, host, enclosed, seen((4.0, 5.0), (1.0, 2.0)))
+    assert leads(WINDOW, host, enclosed, seen((1.0, 2.5), (1.0, 2.0)))
+    assert not leads(WINDOW, host, enclosed, seen((1.0, 2.5), (1.0, 2.0), count=10))
+    assert not leads(WINDOW, host, enclosed, seen((4.0, 5.0), (1.0, 2.0)))
 
 
 def test_a_chimney_is_no_light_well_whatever_was_seen_in_it() -> None:
     storey, host = around(1.2)
-    assert not leads_somewhere(WINDOW, host, enclosed_parts(storey), seen((0.4, 0.9), (1.0, 2.0)))
+    assert not leads(WINDOW, host, enclosed_parts(storey), seen((0.4, 0.9), (1.0, 2.0)))
 
 
 @pytest.mark.parametrize(("gap", "outside"), [(0.8, False), (1.8, True)])
 def test_a_narrow_gap_of_the_outline_does_not_open_what_is_behind_it(gap: float, outside: bool) -> None:
     storey, host = around(3.0, gap=gap)
-    assert leads_somewhere(WINDOW, host, enclosed_parts(storey), NOTHING) == outside
+    assert leads(WINDOW, host, enclosed_parts(storey), NOTHING) == outside
 
 
 def test_a_window_in_the_outline_leads_out() -> None:
     storey, _ = around(3.0)
     host = wall((-4.0, 8.0), (-4.0, -4.0))
-    assert leads_somewhere(WINDOW, host, enclosed_parts(storey), NOTHING)
+    assert leads(WINDOW, host, enclosed_parts(storey), NOTHING)
 
 
 def test_doors_and_windows_between_spaces_are_not_asked() -> None:
     storey, host = around(3.0)
     enclosed = enclosed_parts(storey)
-    assert leads_somewhere(replace(WINDOW, kind="door"), host, enclosed, NOTHING)
-    assert leads_somewhere(WINDOW, replace(host, right=(3,)), enclosed, NOTHING)
+    assert leads(replace(WINDOW, kind="door"), host, enclosed, NOTHING)
+    assert leads(WINDOW, replace(host, right=(3,)), enclosed, NOTHING)
