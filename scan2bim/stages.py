@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scan2bim.cloud.frame import SurveyFrame
     from scan2bim.model.elements import Building
 
-SAMPLE_TOTAL = 400_000
+SAMPLE_TOTAL = 100_000
 SAMPLE_LEAST, SAMPLE_MOST = 1_000, 20_000
 """Points sampled for the frame: in all, and of one scan. Enough to see floors at 1 % of the extent, quick to read."""
 
@@ -44,7 +44,7 @@ class Stage:
     nanoseconds: float
 
 
-SURVEY = Stage("survey", 5, (), lambda s: s.frame, 0.2, 0)
+SURVEY = Stage("survey", 6, (), lambda s: s.frame, 0.2, 0)
 READ = Stage("read", 6, ("survey",), lambda s: s.read, 0.5, 0)
 SURFELS = Stage("surfels", 4, ("read",), lambda s: s.surfels, 0.1, 25)
 STRUCTURE = Stage("structure", 32, ("surfels", "read"), lambda s: s.structure, 0.5, 80)

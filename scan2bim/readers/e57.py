@@ -8,7 +8,6 @@ Fields of extensions are ignored. invalidState 1 (a direction without a range) b
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +15,11 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.scan import F32, U8, Chunk, ScanHeader
 from scan2bim.errors import DamagedFileError
-from scan2bim.readers.e57_file import Section, check_file
-from scan2bim.readers.e57_header import open_image, read_headers, to_cartesian
-from scan2bim.readers.e57_layout import Buffers, Layout, Limits, Node, make_buffers, scan_layout
-from scan2bim.readers.e57_pages import check_pages
-from scan2bim.readers.e57_points import PointReader, keep_points, point_reader
-from scan2bim.readers.points import START_SPREAD, join_chunks, stretch, unit_range
+from scan2bim.readers.e57_header import read_headers, scans_of, to_cartesian
+from scan2bim.readers.e57_layout import Buffers, Layout, Limits, make_buffers
+from scan2bim.readers.e57_library import LibraryReader, open_points
+from scan2bim.readers.e57_points import PointReader, keep_points
+from scan2bim.readers.points import START_SPREAD, join_chunks, stamp, stretch, unit_range
 
 __all__ = ["read_chunks", "read_headers", "sample_points"]
 
@@ -34,38 +32,10 @@ def read_chunks(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
 
 
 def _read(header: ScanHeader, chunk_points: int) -> Iterator[Chunk]:
-    section = check_file(header.path)[header.index]
-    with open_image(header.path) as image:
-        scan = image.root()["data3D"][header.index]
-        layout = scan_layout(header.path, header.index, scan)
-        buffers = make_buffers(image, layout, min(chunk_points, header.points))
-        reader = point_reader(header.path, section, scan, layout, buffers)
-        with reader or LibraryReader(header.path, section, scan, buffers) as reader:
-            yield from _chunks(header, reader, layout, buffers)
-
-
-class LibraryReader:
-    """Fills a scan's buffers as ``PointReader`` does, by libE57: for records that are packed unusually."""
-
-    def __init__(self, path: Path, section: Section, scan: Node, buffers: Buffers) -> None:
-        self._path = path
-        self._section = section
-        self._left = section.records
-        self._reader = scan["points"].reader(buffers.targets)
-
-    def __enter__(self) -> LibraryReader:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self._reader.close()
-
-    def read(self) -> int:
-        """The number of records read, 0 where there are no more. Raises DamagedFileError."""
-        count = int(self._reader.read())
-        self._left -= count
-        if self._left == 0:
-            check_pages(self._path, self._section.offset, self._section.length)
-        return count
+    records = scans_of(*stamp(header.path))[header.index].records
+    buffers = make_buffers(records.layout, min(chunk_points, header.points))
+    with open_points(header.path, header.index, records, buffers) as reader:
+        yield from _chunks(header, reader, records.layout, buffers)
 
 
 def _chunks(

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,15 +15,16 @@ from scan2bim.readers.e57_file import Section, check_count, check_file
 from scan2bim.readers.e57_layout import (
     Layout,
     Node,
+    Records,
     declared_range,
-    libe57,
     make_buffers,
     number,
     prototype,
     scan_layout,
     text,
 )
-from scan2bim.readers.points import choose_origin, no_points, rotation_matrix
+from scan2bim.readers.e57_library import open_image, open_points
+from scan2bim.readers.points import choose_origin, no_points, rotation_matrix, stamp
 
 _FIRST = 256
 """Records read with the header, to tell which frame the stated bounds are in and whether coordinates are large."""
@@ -32,18 +32,23 @@ _LARGEST = 1e9
 """File units. Bounds beyond are the defaults of a field's type, not bounds."""
 
 
-@contextmanager
-def open_image(path: Path) -> Generator[Any]:
-    """The libE57 image file, which verifies the checksums of the pages it reads."""
-    image = libe57.ImageFile(str(path), "r", libe57.CHECKSUM_POLICY_ALL)
-    try:
-        yield image
-    finally:
-        image.close()
+@dataclass(frozen=True, slots=True, eq=False)
+class E57Scan:
+    """A scan's header, and where its records lie and how to read them."""
+
+    header: ScanHeader
+    records: Records
 
 
 def read_headers(path: Path) -> tuple[ScanHeader, ...]:
     """One header per scan. Raises DamagedFileError."""
+    return tuple(scan.header for scan in scans_of(*stamp(path)))
+
+
+@lru_cache(maxsize=1024)
+def scans_of(path: Path, size: int, changed: int) -> tuple[E57Scan, ...]:
+    """The scans of a file in this state: it is opened once for header, sample and points. Raises DamagedFileError."""
+    del size, changed
     sections = check_file(path)
     with open_image(path) as image:
         root = image.root()
@@ -51,26 +56,26 @@ def read_headers(path: Path) -> tuple[ScanHeader, ...]:
         if len(scans) != len(sections):
             raise DamagedFileError(path, f"{len(scans)} scans with {len(sections)} sets of points.", "Export it again.")
         crs = crs_name(text(root, "coordinateMetadata")) or None
-        headers = tuple(
-            _header(path, image, index, scans[index], section, crs) for index, section in enumerate(sections)
-        )
-    if sum(header.points for header in headers) == 0:
+        found = tuple(_scan(path, index, scans[index], section, crs) for index, section in enumerate(sections))
+    if sum(scan.header.points for scan in found) == 0:
         raise no_points(path, "E57")
-    return headers
+    return found
 
 
-def _header(path: Path, image: Any, index: int, scan: Node, section: Section, crs: str | None) -> ScanHeader:
+def _scan(path: Path, index: int, scan: Node, section: Section, crs: str | None) -> E57Scan:
     layout = scan_layout(path, index, scan)
     check_count(path, index, section, layout.bits)
     name = text(scan, "name") or f"{path.stem}#{index}"
     pose = scan_pose(path, index, scan)
+    records = Records(section, layout)
     if section.records == 0:
-        return ScanHeader(path, index, name, 0, np.zeros(3), pose, crs=crs, notes=("this scan holds no points",))
-    first = _first_points(image, scan, layout)
+        notes = ("this scan holds no points",)
+        return E57Scan(ScanHeader(path, index, name, 0, np.zeros(3), pose, crs=crs, notes=notes), records)
+    first = _first_points(path, index, records)
     box = _local_box(scan, layout, first, pose)
     lower, upper = _common_box(box, pose)
     columns, rows = _grid(scan, section.records)
-    return ScanHeader(
+    header = ScanHeader(
         path,
         index,
         name,
@@ -85,6 +90,7 @@ def _header(path: Path, image: Any, index: int, scan: Node, section: Section, cr
         rows,
         crs=crs,
     )
+    return E57Scan(header, records)
 
 
 def scan_pose(path: Path, index: int, scan: Node) -> Pose | None:
@@ -122,14 +128,12 @@ def to_cartesian(spherical: F64) -> F64:
     return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), ranges * np.sin(elevation)], axis=1)
 
 
-def _first_points(image: Any, scan: Node, layout: Layout) -> F64:
+def _first_points(path: Path, index: int, records: Records) -> F64:
     """Up to 256 valid points (n, 3) from the start of a scan, in its own frame."""
-    buffers = make_buffers(image, layout, _FIRST)
-    reader = scan["points"].reader(buffers.targets)
-    try:
+    layout = records.layout
+    buffers = make_buffers(layout, _FIRST)
+    with open_points(path, index, records, buffers) as reader:
         count = reader.read()
-    finally:
-        reader.close()
     xyz = buffers.xyz[:count].astype(np.float64)
     with np.errstate(invalid="ignore"):
         xyz = to_cartesian(xyz) if layout.spherical else xyz

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from scan2bim.errors import DamagedFileError
+from scan2bim.readers.e57_file import Section
 
 libe57: Any = importlib.import_module("pye57.libe57")
 """The binding, which has no types."""
@@ -18,6 +20,8 @@ libe57: Any = importlib.import_module("pye57.libe57")
 CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 COLOURS = ("colorRed", "colorGreen", "colorBlue")
+EXACT = 53
+"""Bits of the whole numbers that float64 holds exactly."""
 Node = Any
 """A libE57 node: the binding has no types."""
 
@@ -31,13 +35,32 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
+class Packing:
+    """How the values of a field lie in its stream: floats of 32 or 64 ``bits``, else whole numbers less ``low``, and
+    the value is ``scale`` times the number plus ``offset``.
+    """
+
+    bits: int
+    real: bool
+    low: int = 0
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def fits_byte(self) -> bool:
+        """Whether every value that the bits can hold is a whole number of 0 to 255."""
+        whole = not self.real and self.scale == 1.0 and self.offset == 0.0
+        return whole and self.low >= 0 and self.low + (1 << self.bits) <= 256
+
+
+@dataclass(frozen=True, slots=True)
 class Layout:
     """How to read a scan's records.
 
     axes: the three coordinate fields. dtype: of the coordinates, "f4" where the file has single floats, else "f8".
     invalid: the field of
     the invalid state. colour: limits of red, green, blue, with ``colour_dtype`` of the buffers. bits: of a record, at
-    least.
+    least. packings: of all fields by name, in the order of their streams; None where some are packed unusually.
     """
 
     axes: tuple[str, str, str]
@@ -47,11 +70,20 @@ class Layout:
     colour_dtype: str
     intensity: Limits | None
     bits: int
+    packings: Mapping[str, Packing] | None
 
     @property
     def spherical(self) -> bool:
         """Whether the coordinates are range, azimuth and elevation."""
         return self.axes == SPHERICAL
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """Where the records of a scan lie in its file, and how to read them."""
+
+    section: Section
+    layout: Layout
 
 
 def scan_layout(path: Path, index: int, scan: Node) -> Layout:
@@ -73,6 +105,7 @@ def scan_layout(path: Path, index: int, scan: Node) -> Layout:
         "u1" if all(_is_byte(node) for node in colours) else "f8",
         _intensity_limits(scan, fields["intensity"]) if "intensity" in fields else None,
         sum(_bits(node) for node in fields.values()),
+        _packings(scan),
     )
 
 
@@ -157,9 +190,31 @@ def _bits(node: Node) -> int:
     return max(int(node.maximum()) - int(node.minimum()), 0).bit_length()
 
 
+def _packings(scan: Node) -> dict[str, Packing] | None:
+    """How all fields of a scan's records are packed, None if one is packed unusually."""
+    records = prototype(scan)
+    nodes = [records[index] for index in range(records.childCount())]
+    found = {node.elementName(): packing for node in nodes if (packing := _packing(node)) is not None}
+    return found if len(found) == len(nodes) else None
+
+
+def _packing(node: Node) -> Packing | None:
+    if isinstance(node, libe57.FloatNode):
+        return Packing(32 if node.precision() == libe57.E57_SINGLE else 64, True)
+    if not isinstance(node, libe57.IntegerNode | libe57.ScaledIntegerNode):
+        return None
+    low, high = node.minimum(), node.maximum()
+    if not (-(1 << EXACT) < low <= high < 1 << EXACT):
+        return None
+    bits = (high - low).bit_length()
+    if isinstance(node, libe57.IntegerNode):
+        return Packing(bits, False, low)
+    return Packing(bits, False, low, node.scale(), node.offset())
+
+
 @dataclass(slots=True, eq=False)
 class Buffers:
-    """Arrays that libE57 fills, ``capacity`` records at a time.
+    """Arrays that a reader fills, ``capacity`` records at a time.
 
     xyz (capacity, 3); rgb (capacity, 3) or None; intensity (capacity,) float32 or None; state (capacity,) uint8 or
     None.
@@ -169,28 +224,25 @@ class Buffers:
     rgb: np.ndarray[Any, np.dtype[Any]] | None
     intensity: np.ndarray[Any, np.dtype[np.float32]] | None
     state: np.ndarray[Any, np.dtype[np.uint8]] | None
-    targets: Any
 
 
-def make_buffers(image: Any, layout: Layout, capacity: int) -> Buffers:
-    """Buffers for a layout.
-
-    Columns of one array are filled with an explicit stride, since the binding ignores numpy's.
-    """
-    targets = libe57.VectorSourceDestBuffer()
-    xyz = _table(image, targets, layout.axes, layout.dtype, capacity)
-    rgb = _table(image, targets, COLOURS, layout.colour_dtype, capacity) if layout.colour else None
-    intensity = _table(image, targets, ("intensity",), "f4", capacity)[:, 0] if layout.intensity else None
-    state = _table(image, targets, (layout.invalid,), "u1", capacity)[:, 0] if layout.invalid else None
-    return Buffers(xyz, rgb, intensity, state, targets)
+def make_buffers(layout: Layout, capacity: int) -> Buffers:
+    """Buffers for a layout."""
+    return Buffers(
+        np.zeros((capacity, 3), layout.dtype),
+        np.zeros((capacity, 3), layout.colour_dtype) if layout.colour else None,
+        np.zeros(capacity, "f4") if layout.intensity else None,
+        np.zeros(capacity, "u1") if layout.invalid else None,
+    )
 
 
-def _table(
-    image: Any, targets: Any, names: tuple[str, ...], dtype: str, capacity: int
-) -> np.ndarray[Any, np.dtype[Any]]:
-    table = np.zeros((capacity, len(names)), dtype)
-    flat = table.reshape(-1)
-    for column, name in enumerate(names):
-        view = flat[column:]
-        targets.append(libe57.SourceDestBuffer(image, name, view, capacity, True, True, stride=table.strides[0]))
-    return table
+def named_columns(layout: Layout, buffers: Buffers) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """The column of the buffers (capacity,) that each wanted field goes to, by the field's name."""
+    columns = {name: buffers.xyz[:, column] for column, name in enumerate(layout.axes)}
+    if buffers.rgb is not None:
+        columns |= {name: buffers.rgb[:, column] for column, name in enumerate(COLOURS)}
+    if buffers.intensity is not None:
+        columns["intensity"] = buffers.intensity
+    if layout.invalid and buffers.state is not None:
+        columns[layout.invalid] = buffers.state
+    return columns

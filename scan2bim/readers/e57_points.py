@@ -7,6 +7,7 @@ is left to libE57, which takes five times as long.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,31 +18,9 @@ from numpy.typing import NDArray
 
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers.e57_file import Section
-from scan2bim.readers.e57_layout import COLOURS, Buffers, Layout, Node, libe57, prototype
+from scan2bim.readers.e57_layout import Buffers, Packing, Records, named_columns
 from scan2bim.readers.e57_streams import ByteStreams
 from scan2bim.readers.points import LIMIT
-
-EXACT = 53
-"""Bits of the whole numbers that float64 holds exactly."""
-
-
-@dataclass(frozen=True, slots=True)
-class Packing:
-    """How the values of a field lie in its stream: floats of 32 or 64 ``bits``, else whole numbers less ``low``, and
-    the value is ``scale`` times the number plus ``offset``.
-    """
-
-    bits: int
-    real: bool
-    low: int = 0
-    scale: float = 1.0
-    offset: float = 0.0
-
-    @property
-    def fits_byte(self) -> bool:
-        """Whether every value that the bits can hold is a whole number of 0 to 255."""
-        whole = not self.real and self.scale == 1.0 and self.offset == 0.0
-        return whole and self.low >= 0 and self.low + (1 << self.bits) <= 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,33 +31,11 @@ class Target:
     values: NDArray[Any]
 
 
-def packings(scan: Node) -> dict[str, Packing] | None:
-    """How the fields of a scan's records are packed, by name and in the order of the streams, None if unusual."""
-    records = prototype(scan)
-    nodes = [records[index] for index in range(records.childCount())]
-    found = {node.elementName(): packing for node in nodes if (packing := _packing(node)) is not None}
-    return found if len(found) == len(nodes) else None
-
-
-def _packing(node: Node) -> Packing | None:
-    if isinstance(node, libe57.FloatNode):
-        return Packing(32 if node.precision() == libe57.E57_SINGLE else 64, True)
-    if not isinstance(node, libe57.IntegerNode | libe57.ScaledIntegerNode):
-        return None
-    low, high = node.minimum(), node.maximum()
-    if not (-(1 << EXACT) < low <= high < 1 << EXACT):
-        return None
-    bits = (high - low).bit_length()
-    if isinstance(node, libe57.IntegerNode):
-        return Packing(bits, False, low)
-    return Packing(bits, False, low, node.scale(), node.offset())
-
-
 class PointReader:
     """Fills a scan's buffers with its next points, as libE57's reader does; a context manager."""
 
     def __init__(
-        self, path: Path, section: Section, fields: dict[str, Packing], wanted: dict[str, NDArray[Any]]
+        self, path: Path, section: Section, fields: Mapping[str, Packing], wanted: dict[str, NDArray[Any]]
     ) -> None:
         self._path = path
         self._left = section.records
@@ -126,21 +83,15 @@ class PointReader:
             )
 
 
-def point_reader(path: Path, section: Section, scan: Node, layout: Layout, buffers: Buffers) -> PointReader | None:
+def point_reader(path: Path, records: Records, buffers: Buffers) -> PointReader | None:
     """A reader of a scan's points into buffers, None where its records are packed unusually."""
-    fields = packings(scan)
+    fields = records.layout.packings
     if fields is None:
         return None
-    wanted = {name: buffers.xyz[:, column] for column, name in enumerate(layout.axes)}
-    if buffers.rgb is not None:
-        wanted |= {name: buffers.rgb[:, column] for column, name in enumerate(COLOURS)}
-    if buffers.intensity is not None:
-        wanted["intensity"] = buffers.intensity
-    if layout.invalid and buffers.state is not None:
-        wanted[layout.invalid] = buffers.state
+    wanted = named_columns(records.layout, buffers)
     if any(values.dtype == np.uint8 and not fields[name].fits_byte for name, values in wanted.items()):
         return None
-    return PointReader(path, section, fields, wanted)
+    return PointReader(path, records.section, fields, wanted)
 
 
 @nb.njit(cache=True, nogil=True)

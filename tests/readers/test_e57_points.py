@@ -15,11 +15,12 @@ from readers.writers import E57Scan, e57_from_pages, e57_pages, real, scaled, wh
 from scan2bim.errors import DamagedFileError
 from scan2bim.readers import e57_pages as e57_pages_module
 from scan2bim.readers import read_chunks, read_headers
-from scan2bim.readers.e57 import LibraryReader
 from scan2bim.readers.e57_file import PAGE, PAYLOAD, check_file
-from scan2bim.readers.e57_header import open_image
-from scan2bim.readers.e57_layout import make_buffers, scan_layout
+from scan2bim.readers.e57_header import scans_of
+from scan2bim.readers.e57_layout import Records, make_buffers
+from scan2bim.readers.e57_library import LibraryReader
 from scan2bim.readers.e57_points import PointReader, point_reader
+from scan2bim.readers.points import stamp
 
 COUNT = 30_000
 """Records: several packets, which hold 64 kB at most."""
@@ -70,21 +71,23 @@ LAYOUTS: dict[str, list[Field]] = {
 }  # fmt: skip
 
 
+def records_of(path: Path) -> Records:
+    """Of the only scan of a file."""
+    return scans_of(*stamp(path))[0].records
+
+
 def both(path: Path, capacity: int) -> Iterator[tuple[Any, Any, int, int]]:
     """The buffers that our reader and libE57's fill, time after time, and how many records they say."""
-    section = check_file(path)[0]
-    with open_image(path) as image:
-        scan = image.root()["data3D"][0]
-        layout = scan_layout(path, 0, scan)
-        ours, theirs = make_buffers(image, layout, capacity), make_buffers(image, layout, capacity)
-        reader = point_reader(path, section, scan, layout, ours)
-        assert isinstance(reader, PointReader)
-        with reader, LibraryReader(path, section, scan, theirs) as library:
-            done = 0
-            while done < section.records:
-                count = reader.read()
-                yield ours, theirs, count, library.read()
-                done += count
+    records = records_of(path)
+    ours, theirs = make_buffers(records.layout, capacity), make_buffers(records.layout, capacity)
+    reader = point_reader(path, records, ours)
+    assert isinstance(reader, PointReader)
+    with reader, LibraryReader(path, 0, records, theirs) as library:
+        done = 0
+        while done < records.section.records:
+            count = reader.read()
+            yield ours, theirs, count, library.read()
+            done += count
 
 
 @pytest.mark.parametrize("capacity", [COUNT, 997])
@@ -102,10 +105,8 @@ def test_records_are_those_of_libe57_bit_for_bit(tmp_path: Path, name: str, capa
 def test_fields_that_are_packed_unusually_are_left_to_libe57(tmp_path: Path) -> None:
     fields = [*packed(9), ("timeStamp", whole(0, 1 << 60), numbers(0, 1000, 4))]
     path = write_e57(tmp_path / "a.e57", [E57Scan(fields)])
-    with open_image(path) as image:
-        scan = image.root()["data3D"][0]
-        layout = scan_layout(path, 0, scan)
-        assert point_reader(path, check_file(path)[0], scan, layout, make_buffers(image, layout, 9)) is None
+    records = records_of(path)
+    assert point_reader(path, records, make_buffers(records.layout, 9)) is None
 
 
 def logical(physical: int) -> int:
@@ -126,17 +127,14 @@ def with_packet(path: Path, place: int, data: bytes) -> Path:
 def test_packets_of_an_index_and_of_nothing_are_passed_over(tmp_path: Path, kind: int) -> None:
     """The first packet of points is made such a one: its records are missing, the rest is still there."""
     path = write_e57(tmp_path / "a.e57", [E57Scan(LAYOUTS["single floats"])])
-    section = check_file(path)[0]
-    with open_image(path) as image:
-        scan = image.root()["data3D"][0]
-        layout = scan_layout(path, 0, scan)
-        found: list[tuple[int, np.ndarray]] = []
-        for file in (path, with_packet(path, 0, bytes([kind]))):
-            buffers = make_buffers(image, layout, COUNT)
-            reader = point_reader(file, section, scan, layout, buffers)
-            assert reader is not None
-            with reader:
-                found.append((reader.read(), buffers.xyz))
+    records = records_of(path)
+    found: list[tuple[int, np.ndarray]] = []
+    for file in (path, with_packet(path, 0, bytes([kind]))):
+        buffers = make_buffers(records.layout, COUNT)
+        reader = point_reader(file, records, buffers)
+        assert reader is not None
+        with reader:
+            found.append((reader.read(), buffers.xyz))
     (whole_count, every), (count, rest) = found
     assert whole_count == COUNT and 0 < count < COUNT
     assert np.array_equal(every[COUNT - count :], rest[:count])
