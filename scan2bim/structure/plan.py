@@ -27,6 +27,10 @@ STEP = 0.06
 """
 SMALLEST_CEILING = 7
 """Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
+THIN = 5
+"""Pixels: a strip narrower than 25 cm that hangs higher than what is beside it is no ceiling but the top of a face."""
+SMALLEST_ROOF = 11
+"""Pixels: a patch that a square of 55 cm does not fit in, such as the edge of a step, is no roof seen from outside."""
 LOWEST_CEILING = 0.5
 """Clear height, metres, from which a large surface overhead counts as ceiling; low under sloped roofs."""
 CLEAR_SLOPE = 6.0
@@ -77,11 +81,14 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     origin = np.floor(within.min(0) / PLAN - 4) * PLAN
     shape = tuple(np.ceil((within.max(0) - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
-    eye = _eye_heights(surfels, layers, stations)
+    eyes = _eyes(surfels, layers, stations)
+    eye = eyes[:, 2]
     on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
     hollow = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z < levels.top - 0.02)
     hollow &= z > levels.floor + LOWEST_CEILING
-    overhead = hollow & (_from_below(layers, z, eye) | _sloped(pixel, z, hollow, shape))
+    rising = _rising(pixel, z, hollow, shape)
+    overhead = hollow & (_from_below(layers, z, eye) | _sloped(rising))
+    overhead &= ~_outer_roofs(pixel, xy, z, rising, eyes, shape)
     floor = _mask(pixel[on_floor], shape)
     ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], np.column_stack([xy[overhead], z[overhead]]), shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
@@ -158,13 +165,13 @@ def _void(floor: U8, deep: U8) -> U8:
     return opened(closed(deep & (1 - closed(floor, 9)), 9) & (1 - floor), 11)
 
 
-def _eye_heights(surfels: Surfels, layers: Layers, stations: F64) -> F64:
-    """Height of the station that saw each surfel (in layer order), nan where unknown."""
+def _eyes(surfels: Surfels, layers: Layers, stations: F64) -> F64:
+    """Place (n, 3) of the station that saw each surfel (in layer order), nan where unknown."""
     station = surfels.station[layers.order]
-    eye = np.full(len(station), np.nan)
+    eyes = np.full((len(station), 3), np.nan)
     known = station < len(stations)
-    eye[known] = stations[station[known], 2]
-    return eye
+    eyes[known] = stations[station[known]]
+    return eyes
 
 
 def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
@@ -172,17 +179,32 @@ def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
     return np.where(np.isfinite(eye), eye < z, layers.below > HEADROOM - 0.3)
 
 
-def _sloped(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _rising(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: tuple[int, ...]) -> F32:
+    """Slopes (n, 2) along x and y of the ``hollow`` surfels' surface, nan where not known."""
+    height = np.full(shape, np.nan, np.float32)
+    height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
+    found = np.full((len(z), 2), np.nan, np.float32)
+    for axis, column in ((1, 0), (0, 1)):
+        found[hollow, column] = rise(height, axis)[pixel[hollow, 1], pixel[hollow, 0]]
+    return found
+
+
+def _sloped(rising: F32) -> NDArray[np.bool_]:
     """Surfels whose surface rises by 15 to 70 degrees: low parts of sloped ceilings, which a scanner sees from its own
     height.
     """
-    height = np.full(shape, np.nan, np.float32)
-    height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
-    slope = np.hypot(rise(height, 0), rise(height, 1))
-    sloped = np.zeros(len(z), bool)
-    at = slope[pixel[hollow, 1], pixel[hollow, 0]]
-    sloped[hollow] = (at > 0.27) & (at < 2.7)
-    return sloped
+    slope = np.hypot(rising[:, 0], rising[:, 1])
+    return (slope > 0.27) & (slope < 2.7)
+
+
+def _outer_roofs(
+    pixel: NDArray[np.int64], xy: F64, z: F64, rising: F32, eyes: F64, shape: tuple[int, ...]
+) -> NDArray[np.bool_]:
+    """Surfels of sloped surfaces whose stations (n, 3) stood above their planes: roofs seen from outside."""
+    above = _sloped(rising) & (eyes[:, 2] - z > ((eyes[:, :2] - xy) * rising).sum(1))
+    patch = opened(closed(_mask(pixel[above], shape), 3), SMALLEST_ROOF)
+    above[above] = patch[pixel[above, 1], pixel[above, 0]] > 0
+    return above
 
 
 def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:
@@ -212,11 +234,20 @@ def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tupl
 
 
 def _roof_near(ceiling_z: F32) -> F32:
-    """Ceiling height of the nearest pixel that has one, for every pixel; inf where there is no ceiling at all."""
+    """Ceiling height of the nearest pixel that has one, for every pixel; inf where there is no ceiling at all. Narrow
+    strips that hang higher than what is beside them do not count: of a wall that a stair or shelf hides in part, the
+    rest above.
+    """
     known = np.isfinite(ceiling_z)
     if not known.any():
         return np.full(ceiling_z.shape, np.inf, np.float32)
-    return ceiling_z.ravel()[nearest_of(known)]
+    nearest = ceiling_z.ravel()[nearest_of(known)]
+    kernel = np.ones((THIN, THIN), np.uint8)
+    within = closed(known.astype(np.uint8), THIN) > 0
+    lowest = cv2.erode(np.where(within, nearest, np.float32(np.inf)), kernel)
+    broad = cv2.dilate(np.where(within, lowest, np.float32(-np.inf)), kernel)
+    lowered = np.where(known, np.minimum(ceiling_z, broad), np.float32(np.nan))
+    return lowered.ravel()[nearest_of(known)]
 
 
 def pixels_in(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:

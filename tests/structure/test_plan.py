@@ -1,0 +1,46 @@
+"""Rasters of a storey: what counts as its ceiling."""
+
+from __future__ import annotations
+
+import numpy as np
+from surfaces import F64, level, room, surfels_of, upright
+
+from scan2bim.structure.faces import find_faces
+from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.storeys import StoreyLevels, layers_of
+
+
+def plan_from(parts: list[F64], seen_by: list[int], stations: list[list[float]], top: float) -> Plan:
+    """The plan of a storey from parts that stations saw."""
+    number = np.concatenate([np.full(len(part), k) for part, k in zip(parts, seen_by, strict=True)])
+    surfels = surfels_of(np.concatenate(parts), number)
+    levels = StoreyLevels(0.0, 0.002, 2.5, top, 24.0)
+    return plan_of(levels, surfels, layers_of(surfels), np.array(stations))
+
+
+def roof(x0: float, y0: float, x1: float, y1: float, eaves: float, slope: float) -> F64:
+    """Points of a plane that rises along y."""
+    points = level(x0, y0, x1, y1, eaves)
+    points[:, 2] += slope * (points[:, 1] - y0)
+    return points
+
+
+def test_a_roof_seen_from_outside_is_no_ceiling() -> None:
+    outside = roof(-0.5, -0.5, 6.5, 4.5, 3.2, 0.6)
+    for eye, expected in ([3.0, 2.0, 6.5], 0.0), ([3.0, 2.0, 3.5], 1.0):
+        parts = [*room(0, 0, 6, 4), outside]
+        ceiling = parts.pop(1)  # of the room only its floor and walls: the roof is all that hangs over it
+        assert np.median(ceiling[:, 2]) > 2
+        plan = plan_from(parts, [0] * 5 + [1], [[3.0, 2.0, 1.6], eye], 6.3)
+        assert (plan.ceiling[20:80, 20:100] > 0).mean() == expected
+
+
+def test_a_wall_that_a_stair_hides_in_part_reaches_the_stair() -> None:
+    flight = roof(0, 0, 1, 3, 1.2, 0.5)
+    x = -0.025  # the middle of the pixels beside the flight
+    low = [upright((x, y), (x, y + 0.25), 0.0, 1.2 + 0.5 * y) for y in np.arange(0, 3, 0.25)]
+    wall = np.concatenate([*low, upright((x, 0), (x, 3), 3.4, 4.2)])
+    parts = [level(0, 0, 4, 3, 0.0), level(1, 0, 4, 3, 2.5), flight, wall]
+    plan = plan_from(parts, [0] * 4, [[3.0, 1.5, 1.6]], 4.3)
+    faces = [f for f in find_faces(plan) if abs(f.centre[0] - x) < 0.02 and f.normal[0] > 0.99]
+    assert sum(f.length for f in faces) > 2.5
