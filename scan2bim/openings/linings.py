@@ -54,7 +54,9 @@ def with_lining(opening: OpeningShape, images: Sequence[Orthoimage]) -> OpeningS
     """A window with the lining round it, if one shows on at least two sides of a face; ``images`` of both."""
     if opening.kind != "window":
         return opening
-    found = [[_lining(*_profile(image, opening, side)) for side in range(4)] for image in images]
+    left, bottom = opening.offset, opening.sill
+    box = left, left + opening.width, bottom, bottom + opening.height
+    found = [[_lining(*profile(image, box, side)) for side in range(4)] for image in images]
     best = max((_agreeing(sides) for sides in found), key=lambda s: sum(1 for x in s if x), default=[None] * 4)
     shown = [x for x in best if x]
     if len(shown) < LEAST_SIDES + (max((x.step for x in shown), default=0.0) < CLEAR_STEP):
@@ -113,12 +115,11 @@ def _alike(a: _Lining, b: _Lining) -> bool:
     return abs(a.width - b.width) < ALIKE and float(np.abs(a.colour - b.colour).max()) < SAME_COLOUR
 
 
-def _profile(image: Orthoimage, opening: OpeningShape, side: int) -> tuple[F64, F64]:
-    """Distances (n,) outwards from the left (0), right, lower or upper side, and medians of colour (n, 3) there, nan
-    where too little was seen in the wall's plane.
+def profile(image: Orthoimage, box: tuple[float, float, float, float], side: int) -> tuple[F64, F64]:
+    """Distances (n,) outwards from the left (0), right, lower or upper side of a box, and medians of colour (n, 3)
+    there, nan where too little was seen in the wall's plane; ``box`` is left, right, bottom, top, metres.
     """
-    left, right = opening.offset, opening.offset + opening.width
-    bottom, top = opening.sill, opening.sill + opening.height
+    left, right, bottom, top = box
     edge, outward = ((left, -1), (right, 1), (bottom, -1), (top, 1))[side]
     first = round(edge / PIXEL - 0.5)
     pixels = first + outward * np.arange(round(REACH / PIXEL) + 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scan2bim.config import OpeningSettings
-from scan2bim.openings.closed.edges import refined
+from scan2bim.openings.closed.edges import edges_of, moved
 from scan2bim.openings.closed.find import closed_doors
 from scan2bim.openings.closed.rectangles import Rectangle, face_of
 from scan2bim.openings.near_points import WallPoints
@@ -83,14 +83,16 @@ def test_a_bare_wall_has_none() -> None:
 @pytest.mark.parametrize(("recess", "colour"), [(0.02, 0.0), (0.0, 0.2)])
 def test_a_step_of_depth_or_colour_is_the_openings_edge(recess: float, colour: float) -> None:
     rough = Rectangle(DOOR.left - 0.04, DOOR.right + 0.03, DOOR.top + 0.03)
-    box, *edges = refined([face_of(face(recess, colour))], rough)
+    edges = edges_of([face_of(face(recess, colour))], rough)
+    box = moved(rough, edges)
     assert [edge.kind for edge in edges if edge] == ["step"] * 3
     assert (box.left, box.right, box.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.006)
 
 
 def test_a_trim_is_not_part_of_the_opening() -> None:
     outline = Rectangle(DOOR.left - 0.07, DOOR.right + 0.07, DOOR.top + 0.07)
-    box, *edges = refined([face_of(face(0.03, trim=0.015))], outline)
+    edges = edges_of([face_of(face(0.03, trim=0.015))], outline)
+    box = moved(outline, edges)
     assert [edge.kind for edge in edges if edge] == ["trim"] * 3
     assert (box.left, box.right, box.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.01)
 
@@ -98,7 +100,7 @@ def test_a_trim_is_not_part_of_the_opening() -> None:
 def test_a_board_beside_a_door_is_not_its_trim() -> None:
     image = face(0.0, 0.2)
     image.depth[:200, 255:262] += 0.02
-    box, *_ = refined([face_of(image)], DOOR)
+    box = moved(DOOR, edges_of([face_of(image)], DOOR))
     assert box.right == pytest.approx(DOOR.right, abs=0.006)
 
 

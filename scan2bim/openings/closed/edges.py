@@ -59,10 +59,10 @@ FRAME = 0.03
 """Metres from a leaf's hairline gap to the opening's edge, behind a frame that cannot be told from the wall."""
 DEPTH_STEP, COLOUR_STEP = 0.003, 0.03
 """Least change of depth (metres) and colour (of 1) that is an edge, if it exceeds four times the columns' noise."""
-SIGMAS = {"step": 0.006, "trim": 0.010, "lined": 0.010, "gap": 0.015}
+SIGMAS = {"reveal": 0.003, "step": 0.006, "trim": 0.010, "lined": 0.010, "gap": 0.015}
 """How far from the truth, metres, an edge of each kind is."""
 F64 = NDArray[np.float64]
-Kind = Literal["step", "trim", "lined", "gap"]
+Kind = Literal["reveal", "step", "trim", "lined", "gap"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +75,11 @@ class Edge:
     sigma: float
     kind: Kind
     deeper: bool
+
+    @property
+    def is_trim(self) -> bool:
+        """Whether a trim showed it."""
+        return self.kind in ("trim", "lined")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,20 +94,16 @@ class _Profile:
     noise: F64
 
 
-def refined(faces: Sequence[Face], box: Rectangle) -> tuple[Rectangle, Edge | None, Edge | None, Edge | None]:
-    """The opening behind a rectangle, and the edges left, right and at the head as far as they were found."""
+def edges_of(faces: Sequence[Face], box: Rectangle) -> list[Edge | None]:
+    """The edges of the opening behind a rectangle, left, right and at the head, as far as the faces show them."""
     found = [_of_face(face, box) for face in faces]
-    left, right, head = (_best([edges[k] for edges in found]) for k in range(3))
-    return (
-        Rectangle(
-            box.left - left.place if left else box.left,
-            box.right + right.place if right else box.right,
-            box.top + head.place if head else box.top,
-        ),
-        left,
-        right,
-        head,
-    )
+    return [_best([edges[k] for edges in found]) for k in range(3)]
+
+
+def moved(box: Rectangle, edges: Sequence[Edge | None]) -> Rectangle:
+    """A rectangle with its sides and head moved to the edges that were found."""
+    left, right, head = (edge.place if edge else 0.0 for edge in edges)
+    return Rectangle(box.left - left, box.right + right, box.top + head)
 
 
 def _of_face(face: Face, box: Rectangle) -> list[Edge | None]:
@@ -220,10 +221,11 @@ def _trim(profile: _Profile, wall: float) -> Edge | None:
     t, depth = profile.t, profile.values[:, 3]
     for first, last in _runs(depth - wall > STANDS_OUT):
         width = t[last] - t[first] + PIXEL
-        if not (TRIM_WIDTH[0] <= width <= TRIM_WIDTH[1]) or first < 2 or last == len(t) - 1:
+        ends = last < len(t) - 1 or t[last] < REACH - TRIM_WIDTH[0]  # before the wall goes on, or in its corner
+        if not (TRIM_WIDTH[0] <= width <= TRIM_WIDTH[1]) or first < 2 or not ends:
             continue
         top = float(np.median(depth[first : last + 1]))
-        inner = _crossing(t, depth, first - 1, (top + depth[first - 2]) / 2)
+        inner = max(_crossing(t, depth, first - 1, (top + depth[first - 2]) / 2), float(t[first]) - PIXEL)
         if inner > FARTHEST:
             return None
         lined = _lining(profile, depth - wall, first, inner)

@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from scan2bim.cloud.panorama import Panorama
-from scan2bim.openings.closed.edges import refined
+from scan2bim.openings.closed.edges import moved
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
 from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, face_of
+from scan2bim.openings.closed.reveals import opening_edges
 from scan2bim.openings.closed.score import features_of, probability
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
@@ -105,7 +106,8 @@ def closed_openings(
 def _opening(
     storey: int, number: int, wall: WallShape, door: ClosedDoor, faces: Sequence[Face], points: WallPoints
 ) -> OpeningShape:
-    box, *edges = refined(faces, door.box)
+    edges = opening_edges(faces, door.box, points, wall.thickness / 2)
+    box = moved(door.box, edges)
     length = wall.length
     box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
     sigma = [ROUGH if edge is None else edge.sigma for edge in edges]
