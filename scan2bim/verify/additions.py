@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
@@ -12,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
-from scan2bim.verify.patches import main_direction
+from scan2bim.verify.patches import Gap, main_direction
 from scan2bim.verify.result import Addition
 from scan2bim.verify.upright import upright_parts
 
@@ -32,9 +33,20 @@ MARGIN = 0.5
 BITS = 21
 BELOW = 0.3
 """Metres under a storey's elevation from which on points are its own: floors are drawn with and without finish."""
-REACHES, REACHES_WELL = 0.3, 0.2
-"""Metres from a place on a ceiling within which walls and columns end: these places lie 20 cm apart, and tall narrow
-furniture ends little lower than columns."""
+REACHES = 0.25
+"""Metres under a ceiling within which the topmost voxels of walls and columns lie, also under slopes, of which the
+places lie 20 cm apart."""
+NEAREST = 6
+"""Places of a ceiling that are looked at over each column of voxels."""
+REACHING = 0.5
+"""Share of a wall's or column's plan that must reach so far up: open leaves and cupboards reach it with strays alone,
+and what stands before a wall hides some of it."""
+BESIDE, BEFORE = 0.5, 0.4
+"""Metres beside a window and before its wall within which curtains hang."""
+HANGING = 0.8
+"""Share of a group that must hang there for it to be one."""
+OVER = 0.3
+"""Metres in plan within which a place of a ceiling lies over a voxel."""
 COVERED = 0.5
 """Share of a slab under ceilings or roofs."""
 Guess = Literal["wall", "slab", "column", "object"]
@@ -69,12 +81,22 @@ class Unexplained:
         return keys, counts.astype(np.int64)
 
 
-def find_additions(
-    unexplained: Unexplained, box: F64, ceilings: F64, storeys: Sequence[ModelStorey], to_model: F64
-) -> tuple[Addition, ...]:
-    """Groups within ``box`` (2, 3) of the model in the local frame, the largest first; ``ceilings`` (n, 3) are places
-    on surfaces that look down: what is built reaches them, furniture seldom does.
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What tells built things from furniture: ``box`` (2, 3) of the model, ``ceilings`` (n, 3), places on surfaces that
+    look down, which walls reach and furniture seldom does, and the ``windows``, before which curtains hang; all in the
+    local frame. storeys: in the model's axes.
     """
+
+    box: F64
+    ceilings: F64
+    windows: tuple[Gap, ...]
+    storeys: tuple[ModelStorey, ...]
+
+
+def find_additions(unexplained: Unexplained, around: Surroundings, to_model: F64) -> tuple[Addition, ...]:
+    """Groups within the model's box, the largest first."""
+    box, storeys = around.box, around.storeys
     keys, counts = unexplained.voxels()
     place = np.column_stack([keys >> 2 * BITS, (keys >> BITS) & (2**BITS - 1), keys & (2**BITS - 1)])
     middle: F64 = ((place - (1 << (BITS - 1)) + 0.5) * EDGE).astype(np.float64)
@@ -88,7 +110,7 @@ def find_additions(
             break
         mine = label == which
         place = middle[mine]
-        guess = _guess(place, bool(which < walls), ceilings)
+        guess = _guess(place, bool(which < walls), around)
         out.append(_addition(len(out) + 1, place, guess, int(counts[mine].sum()), storeys, to_model))
     return tuple(out)
 
@@ -157,30 +179,43 @@ def _sizes(middle: F64) -> tuple[float, float, float]:
     return length, width, height
 
 
-def _guess(middle: F64, upright: bool, ceilings: F64) -> Guess:
+def _guess(middle: F64, upright: bool, around: Surroundings) -> Guess:
     """By the box: a wall is upright, long and thin, a column tall and narrow, both reach a ceiling; a slab is level and
     thin and lies under one, as the ground outside does not.
     """
     length, width, height = _sizes(middle)
     if height <= 0.3 and min(length, width) >= 1.2 and len(middle) >= 0.5 * length * width / EDGE**2:
-        return "slab" if _covered(middle, ceilings) > COVERED else "object"
-    if upright and length >= 0.9 and width <= 0.45 and _reaches(middle, ceilings, REACHES):
-        return "wall"
-    if height >= 1.8 and width >= 0.1 and length <= 0.9 and _reaches(middle, ceilings, REACHES_WELL):
-        return "column"
-    return "object"
+        return "slab" if _covered(middle, around.ceilings) > COVERED else "object"
+    wall = upright and length >= 0.9 and width <= 0.45
+    column = height >= 1.8 and width >= 0.1 and length <= 0.9
+    if not (wall or column) or _reaching(middle, around.ceilings) < REACHING or _hangs(middle, around.windows):
+        return "object"
+    return "wall" if wall else "column"
 
 
-def _reaches(middle: F64, ceilings: F64, reach: float) -> bool:
-    """Whether voxels (k, 3) end within ``reach`` of a ceiling over them."""
-    low, high = middle.min(axis=0) - reach, middle.max(axis=0) + reach
-    near = ceilings[((ceilings > low) & (ceilings < high)).all(axis=1)]
+def _reaching(middle: F64, ceilings: F64) -> float:
+    """Share of the plan of voxels (k, 3) in which they end right under a ceiling."""
+    low, high = middle.min(axis=0) - REACHES, middle.max(axis=0) + REACHES
+    near = ceilings[((ceilings[:, :2] > low[:2]) & (ceilings[:, :2] < high[:2])).all(axis=1)]
     if not len(near):
-        return False
-    distance, place = cKDTree(near).query(middle, k=min(4, len(near)), distance_upper_bound=reach)
-    distance, place = np.reshape(distance, (len(middle), -1)), np.reshape(place, (len(middle), -1))
-    over = np.append(near[:, 2], -np.inf)[place] > middle[:, 2:]
-    return bool((np.isfinite(distance) & over).any())
+        return 0.0
+    pixels, column = np.unique(np.floor(middle[:, :2] / EDGE).astype(np.int64), axis=0, return_inverse=True)
+    top = np.full(len(pixels), -np.inf)
+    np.maximum.at(top, column.ravel(), middle[:, 2])
+    _, place = cKDTree(near[:, :2]).query((pixels + 0.5) * EDGE, k=NEAREST, distance_upper_bound=REACHES)
+    over = np.append(near[:, 2], np.inf)[place] - top[:, None]
+    return float(((over > -EDGE) & (over < REACHES)).any(axis=1).mean())
+
+
+def _hangs(middle: F64, windows: Sequence[Gap]) -> bool:
+    """Whether voxels (k, 3) hang before a window, as curtains do."""
+    for gap in windows:
+        offset = middle - gap.middle
+        across = offset[:, :2] @ gap.across
+        inside = (np.abs(offset[:, :2] @ gap.along) < gap.width / 2 + BESIDE) & (across > gap.low - BEFORE)
+        if float((inside & (across < gap.high + BEFORE)).mean()) > HANGING and np.abs(offset[:, 2]).min() < gap.height:
+            return True
+    return False
 
 
 def _covered(middle: F64, ceilings: F64) -> float:
@@ -189,7 +224,7 @@ def _covered(middle: F64, ceilings: F64) -> float:
     if not len(over):
         return 0.0
     distance, _ = cKDTree(over[:, :2]).query(middle[:, :2])
-    return float((np.asarray(distance) < REACHES).mean())
+    return float((np.asarray(distance) < OVER).mean())
 
 
 def _vector(values: F64) -> tuple[float, float, float]:

@@ -15,7 +15,7 @@ from scan2bim.cloud.ingest import ScanSummary, load_panoramas
 from scan2bim.config import VerifySettings
 from scan2bim.model.elements import Building
 from scan2bim.verify.added import added_openings
-from scan2bim.verify.additions import Unexplained, find_additions
+from scan2bim.verify.additions import Surroundings, Unexplained, find_additions
 from scan2bim.verify.compare import compare_points
 from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, make_faces
@@ -124,8 +124,10 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
     centres = surface.table.centres()
+    windows = tuple(g for g in context.gaps if g.fill is not None and g.fill.ifc_class.startswith("IfcWindow"))
     box = np.array([centres.min(axis=0), centres.max(axis=0)])
-    additions = find_additions(seen.unexplained, box, ceilings(surface.table, model), model.storeys, to_model)
+    around = Surroundings(box, ceilings(surface.table, model), windows, model.storeys)
+    additions = find_additions(seen.unexplained, around, to_model)
     report = Report(
         program=f"scan2bim {__version__}",
         model_file=inputs.model.name,
