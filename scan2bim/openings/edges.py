@@ -21,12 +21,21 @@ where a part of the edge is hidden, since then its reveal may be few points, too
 CROWD = 0.012
 """Width, metres, in which a reveal's points lie."""
 DEEP = 0.02
-"""Depth, metres, over which a reveal must be seen: half of a frame's."""
+"""Depth, metres, over which a reveal must be seen before the frame that stands in it: half of a frame's."""
+FRAME = (0.015, 0.055)
+"""Distance, metres, inwards from an edge in which the frame's depth shows: next to a reveal, and no glass yet."""
+FRAME_NOISE = 0.01
+"""Metres by which points of a frame may lie before it."""
+REVEAL_SHARE = 0.2
+"""Share of the crowd at an edge that must lie on a reveal and not on the frame: a frame that something hides up to
+there ends in a crowd, too, with ranges mixed of both before it."""
 FEWEST = 6
 """Points that make a reveal."""
+SAMPLED = 0.06
+"""Width, metres, of the strip of the face beside an edge whose widest gap is the spacing of its points."""
 GAP = 0.03
-"""Metres between the face's last point and the first behind it, up to which the first behind it is the edge; in a wider
-gap something hides the edge."""
+"""Metres between the face's last point and the first behind it, up to which the edge lies where the face ends: seen at
+a slant the wall hides what is behind it. In a wider gap something else hides the edge."""
 FAINT = 0.05
 """Share of the points behind the face that must lie on it for the face to be seen: fringes of a curtain are fewer."""
 MARGIN = 0.1
@@ -74,13 +83,30 @@ def find_edge(
     first = ~on_face & (inside > high - BIN) & (inside < high + CROWD)
     if not seen and high < GAP - out:
         return Edge(rough, REACH / 3, 0, False, rough, farther)
-    reveal = int(first.sum()) >= FEWEST and float(np.ptp(np.percentile(depth[first], [10, 90]))) > DEEP
+    before = _before_frame(depth[first], depth[~on_face & (inside > high + FRAME[0]) & (inside < high + FRAME[1])])
+    reveal = before.size > 0 and float(np.ptp(np.percentile(before, [10, 90]))) > DEEP
     if reveal or (high - low < GAP and first.any() and seen):
-        at = float(np.median(inside[first])) if reveal else high
+        face_end = low + min(_spacing(inside[on_face], low), high - low) / 2
+        at = float(np.median(inside[first])) if before.size else face_end
         return Edge(rough + inward * at, 0.003 if reveal else 0.006, int(first.sum()) if reveal else 0, seen)
     at = min(max(0.0, low), high) if seen else high
     hidden = high - low if seen else high + farther
     return Edge(rough + inward * at, max(0.01, hidden / 4), 0, seen, rough + inward * high, max(hidden, 0.0))
+
+
+def _spacing(face: F64, end: float) -> float:
+    """Widest gap, metres, between the points of a face, at places (n,), in the strip in which they end."""
+    at = np.sort(face[(face > end - SAMPLED) & (face <= end)])
+    return float(np.diff(at).max()) if len(at) > 1 else SAMPLED
+
+
+def _before_frame(crowd: F64, beyond: F64) -> F64:
+    """Of points at an edge, at depths ``crowd`` (n,) behind the face, those on a reveal (m,): they lie before the frame
+    that stands in it, at depths ``beyond`` (k,). None if they are too few.
+    """
+    front = float(np.percentile(beyond, 10)) - FRAME_NOISE if len(beyond) >= FEWEST else np.inf
+    before = crowd[crowd < front]
+    return before if len(before) >= max(FEWEST, REVEAL_SHARE * len(crowd)) else before[:0]
 
 
 def _gap(face: NDArray[np.int64], behind: NDArray[np.int64], stray: float) -> tuple[float, float]:

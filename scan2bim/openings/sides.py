@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.edges import FEWEST, MARGIN, REACH, Edge, find_edge
-from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part, within
+from scan2bim.openings.wall_image import PIXEL, PROUD, Box, WallImage, part, within
 
 FARTHEST = 0.6
 """Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""
@@ -40,7 +40,8 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     tall = (up > bottom + MARGIN) & (up < top - MARGIN)
     wide = (along > left + MARGIN) & (along < right - MARGIN)
     found: list[list[Edge]] = []
-    for here in (side == 0, side == 1):
+    near_face = depth > -PROUD
+    for here in (near_face & (side == 0), near_face & (side == 1)):
         t, w = tall & here, wide & here
         edges = [
             find_edge(along[t], depth[t], on_face[t], left, 1.0, hidden[0]),

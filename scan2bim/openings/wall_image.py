@@ -33,8 +33,10 @@ SKIN = 0.03
 """Points up to this far behind a face, metres, lie on it: noise and plaster; leaves and frames stand back more."""
 THIN = 0.15
 """Share of a wall's thickness that SKIN may take: points on the reveals of thin walls are not all on a face."""
-PROUD = 0.06
-"""Points up to this far before a face, metres, lie on it: trims and skirting boards."""
+PROUD = 0.035
+"""Points up to this far before a face, metres, lie on it: trims and skirting boards; curtains hang farther off."""
+BEFORE = 0.06
+"""Points up to this far before a face, metres, are kept: fronts of window boards."""
 BEHIND = 0.08
 """Metres behind a wall's face to which a ray must go on to tell that the face is not there: beyond plaster, skirting
 boards and the error of a panorama's cell seen at a slant."""
@@ -86,7 +88,8 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
     half, skin = np.float32(wall.thickness / 2), np.float32(min(SKIN, THIN * wall.thickness))
     here = np.float32(0.0 if wall.left and wall.right else 1.0 if wall.left else -1.0)
     seen = (points.along, points.across, points.up, points.station, _side(wall, stations), here)
-    found = _classified(*seen, half, skin, shape)
+    known = here if wall.thickness_sigma is None else np.float32(0.0)
+    found = _classified(*seen, known, half, skin, shape)
     return WallImage(*found[:2], *_looked(wall, shape, panoramas), *found[2:])
 
 
@@ -115,12 +118,13 @@ def _side(wall: WallShape, stations: F64) -> F32:
 
 
 @nb.njit(cache=True, nogil=True)
-def _classified(along, across, up, station, sides, here, half, skin, shape):  # pyright: ignore
+def _classified(along, across, up, station, sides, here, known, half, skin, shape):  # pyright: ignore
     """Rasters (2, r, c) of the points on the faces and behind them; and of the points not far before their face: along,
     up, depth behind it, whether they lie on it, and its side (n,).
 
     A point belongs to the face that its station looked at; where that is unknown to the one ``here``, or if that is 0
-    to the one on whose side it lies.
+    to the one on whose side it lies. Where only one face is ``known`` (1 left, -1 right, 0 both), since the thickness
+    is assumed, those of the other are left out: nobody knows where it is.
     """
     faces, behind = np.zeros((2, *shape), np.int32), np.zeros((2, *shape), np.int32)
     n = len(along)
@@ -132,10 +136,12 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
         sign = sides[station[i]]
         if sign == 0:
             sign = here if here != 0 else np.sign(across[i])
-        depth = half - sign * across[i]
-        if not depth > -PROUD:
+        if known * sign < 0:
             continue
-        on_face, side = depth < skin, 1 if sign < 0 else 0
+        depth = half - sign * across[i]
+        if not depth > -BEFORE:
+            continue
+        on_face, side = -PROUD < depth < skin, 1 if sign < 0 else 0
         kept_along[used], kept_up[used], depths[used] = along[i], up[i], depth
         flags[used], right[used] = on_face, side
         used += 1
@@ -143,7 +149,7 @@ def _classified(along, across, up, station, sides, here, half, skin, shape):  # 
         if 0 <= r < shape[0] and 0 <= c < shape[1]:
             if on_face:
                 faces[side, r, c] += 1
-            else:
+            elif depth > 0:
                 behind[side, r, c] += 1
     return faces, behind, kept_along[:used], kept_up[:used], depths[:used], flags[:used], right[:used]
 

@@ -46,6 +46,20 @@ def test_a_frame_flush_behind_the_face_gives_the_edge_without_a_reveal() -> None
     assert found.reveal == 0
 
 
+def test_where_the_wall_hides_the_frame_beside_it_the_edge_is_where_the_face_ends() -> None:
+    found = edge(face(EDGE - 0.3, EDGE, 600), frame(EDGE + 0.025, EDGE + 0.1, 300), rough=EDGE + 0.03)
+    assert found.place == pytest.approx(EDGE, abs=0.006)
+    assert found.reveal == 0
+
+
+def test_a_frame_that_a_curtain_hides_up_to_its_middle_is_no_reveal() -> None:
+    thick = RNG.uniform(EDGE + 0.06, EDGE + 0.15, 400), RNG.uniform(0.09, 0.14, 400)
+    mixed = RNG.uniform(EDGE + 0.06, EDGE + 0.07, 5), RNG.uniform(0.03, 0.09, 5)
+    found = edge(face(EDGE - 0.3, EDGE - 0.05), thick, mixed, rough=EDGE + 0.05)
+    assert found.reveal == 0
+    assert found.hidden == pytest.approx(0.11, abs=0.015)
+
+
 def test_a_few_stray_points_do_not_move_the_edge() -> None:
     stray = (np.linspace(EDGE - 0.12, EDGE - 0.02, 3), np.full(3, 0.1))
     found = edge(face(EDGE - 0.3, EDGE), stray, reveal(EDGE, count=200), rough=EDGE + 0.03)

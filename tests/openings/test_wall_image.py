@@ -129,3 +129,19 @@ def test_the_far_face_of_a_wall_is_its_own_side_where_the_station_stands_there_o
     assert found.faces[1].any()
     assert not found.faces[0].any()
     assert found.on_face.all()
+
+
+def test_a_curtain_close_before_the_wall_is_not_its_face() -> None:
+    curtain = upright((LEFT, THICKNESS / 2 + 0.05), (RIGHT, THICKNESS / 2 + 0.05), 0.0, HEAD)
+    found = image(curtain)
+    assert not found.face.any()
+    assert not found.behind.any()
+
+
+def test_where_the_thickness_is_assumed_nothing_is_said_of_the_far_face() -> None:
+    far = upright((0.0, -THICKNESS / 2 + 0.05), (LENGTH, -THICKNESS / 2 + 0.05), 0.0, HEIGHT)
+    outer = dataclasses.replace(wall(0.0), right=(), thickness_sigma=None)
+    stations = np.vstack([ABSENT, np.array([2.0, -2.0, 1.5])])
+    found = wall_image(outer, near(outer, far), {}, stations)
+    assert not found.faces.any()
+    assert not found.behind.any()
