@@ -22,6 +22,7 @@ from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
+from scan2bim.structure.flooring import Flooring, flooring_of, split_at_floors
 from scan2bim.structure.overlaps import clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
@@ -105,7 +106,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(below, plan)
-        room = _rooms(plan, found, panes, near, wells, stairs, *members)
+        flooring = flooring_of(plan.grid, scene.surfels, slab)
+        room = _rooms(plan, flooring, found, panes, near, wells, stairs, *members)
         rooms.append(room if number + 1 < len(levels) else _under_roof(room, plan))
         faces += found
         last = rooms[-1]
@@ -177,6 +179,7 @@ def _level_ceiling(space: SpaceShape, roofs: Sequence[Slope], plan: Plan) -> Spa
 
 def _rooms(
     plan: Plan,
+    flooring: Flooring,
     walls: Sequence[Face],
     panes: Sequence[Face],
     panoramas: Sequence[Panorama],
@@ -196,8 +199,9 @@ def _rooms(
         open_parts += below
         cuts += rims
         parts, portals = (whole, []) if below else split_at_portals(space, partial(under_lintel, plan=plan))
-        rooms += [bent_to(p, bends) for p in parts]
-        cuts += portals
+        laid = [split_at_floors(part, flooring) for part in parts]
+        rooms += [bent_to(p, bends) for pieces, _ in laid for p in pieces]
+        cuts += [*portals, *(border for _, borders in laid for border in borders)]
     return Rooms(
         plan.levels,
         [*rooms, *open_parts],

@@ -184,6 +184,8 @@ def clear_of(space: Polygon, axes: Sequence[Axis]) -> Polygon:
 
 def up_to(space: Polygon, axes: Sequence[Axis], others: Sequence[Polygon] = ()) -> Polygon:
     """A space drawn on to the faces of walls where something flat before them held it off, and no other space is."""
+    if not axes:
+        return space
     walls = shapely.union_all([_body(axis) for axis in axes])
     both = shapely.union(space, walls)
     closed = both.buffer(BEFORE / 2, join_style="mitre").buffer(-BEFORE / 2, join_style="mitre")

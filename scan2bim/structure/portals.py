@@ -66,7 +66,7 @@ def _cuts(
         line = _to_border(start, direction, outline)
         if line is None:
             continue
-        parts = _parts(polygon, line)
+        parts = parts_of(polygon, line)
         if len(parts) != 2:
             continue
         smaller = min(p.area for p in parts)
@@ -120,7 +120,8 @@ def _to_border(start: F64, direction: F64, outline: BaseGeometry) -> LineString 
     return LineString([start, start + direction * distance]) if distance > 0.4 else None
 
 
-def _parts(polygon: Polygon, line: LineString) -> list[Polygon]:
+def parts_of(polygon: Polygon, line: LineString) -> list[Polygon]:
+    """The parts into which a line from border to border cuts a space."""
     a, b = shapely.get_coordinates(line)
     u = (b - a) / np.linalg.norm(b - a)
     longer = LineString([a - 1e-4 * u, b + 1e-4 * u])

@@ -47,3 +47,7 @@ def test_a_strip_that_another_space_has_stays_its_own():
     strip = shapely.box(0.5, 0.0, 0.9, 0.09)
     held = without(strip)
     assert up_to(held, ROUND, [strip]) is held
+
+
+def test_a_space_of_a_storey_without_walls_stays():
+    assert up_to(ROOM, []) is ROOM
