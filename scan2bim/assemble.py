@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scan2bim.assemble_members import beams_of, columns_of, linear, seen_by
-from scan2bim.assemble_plates import coverings_of, roofs_of, slabs_of, stairs_of
+from scan2bim.assemble_plates import coverings_of, elevation_of, roofs_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scan import ScanHeader
@@ -93,7 +93,7 @@ def _storey(
     return Storey(
         id=stable_id("storey", number, round(shape.floor, 1)),
         name=f"Storey {number}",
-        elevation=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)),
+        elevation=elevation_of(shape),
         height=_height(shape),
         walls=walls,
         spaces=tuple(_space(i, space_ids[i], s, shape, number) for i, s in enumerate(shape.spaces)),
@@ -109,9 +109,7 @@ def _storey(
 def _height(shape: StoreyShape) -> Dimension | None:
     if shape.ceiling is None:
         return None
-    return Dimension(
-        value=round(shape.ceiling - shape.floor, 4), source="measured", sigma=round(max(shape.sigma, 0.003), 4)
-    )
+    return _length(shape.ceiling - shape.floor, None if shape.sigma is None else round(max(shape.sigma, 0.003), 4))
 
 
 def _middle(space: SpaceShape) -> tuple[float, float]:
@@ -156,7 +154,8 @@ def _wall(
     shape = shapes[index]
     length = length_sigma(shape, shapes)
     measured = shape.thickness_sigma is not None
-    faces = "both faces" if measured else "one face"
+    faces = "both faces" if shape.faces == 2 else "one face"
+    how = "; thickness from rays through its openings" if measured else "; thickness assumed"
     return Wall(
         id=ids[index],
         name=f"Wall {number}.{index + 1:02d}",
@@ -170,7 +169,7 @@ def _wall(
             length_sigma=None if length is None else round(length, 4),
             scans=seen_by(shape.stations, sources),
             sentence=f"{faces} seen on {shape.coverage:.0%} of their length, {shape.points} points, "
-            f"RMS {shape.rms * 1000:.0f} mm" + ("" if measured else "; thickness assumed"),
+            f"RMS {shape.rms * 1000:.0f} mm" + ("" if shape.faces == 2 else how),
         ),
         colour=linear(shape.colour),
         start=shape.start,
@@ -186,7 +185,7 @@ def _wall(
         ),
         profile=shape.profile,
         bulge=shape.bulge,
-        external=None if measured else True,
+        external=None if shape.faces == 2 else True,
         left_spaces=tuple(space_ids[s] for s in shape.left),
         right_spaces=tuple(space_ids[s] for s in shape.right),
         joins=tuple(

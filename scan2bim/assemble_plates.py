@@ -8,7 +8,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.model.elements import Covering, Dimension, Evidence, Flight, RoofPlane, Slab, Stair
 from scan2bim.model.ids import distinct, stable_id
-from scan2bim.structure.shapes import Ring, SpaceShape, StairShape, StructureShape, WallShape, ring_of
+from scan2bim.structure.shapes import Ring, SpaceShape, StairShape, StoreyShape, StructureShape, WallShape, ring_of
 
 SLAB = 0.25
 """Assumed thickness, metres, of a slab of which one side was seen."""
@@ -72,6 +72,12 @@ def roofs_of(number: int, structure: StructureShape) -> tuple[RoofPlane, ...]:
     )
 
 
+def elevation_of(shape: StoreyShape) -> Dimension:
+    """Height of a storey's floor, metres."""
+    sigma = None if shape.sigma is None else round(shape.sigma, 4)
+    return Dimension(value=round(shape.floor, 4), source="assumed" if sigma is None else "measured", sigma=sigma)
+
+
 def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
     """Floor slab of a storey under its spaces and walls; its thickness is measured where the ceiling below was seen."""
     shape = structure.storeys[number]
@@ -82,7 +88,7 @@ def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
     inside = shapely.union_all([s.polygon for s in shape.spaces])
     plate = plate.difference(shapely.union_all([Polygon(well).intersection(inside) for well in shape.wells]))
     below = structure.storeys[number - 1].ceiling if number > 0 else None
-    gap = None if below is None else shape.floor - below
+    gap = None if below is None or shape.sigma is None else shape.floor - below
     thickness = (
         Dimension(value=round(gap, 4), source="measured", sigma=0.005)
         if gap is not None and 0.08 <= gap <= 0.8
@@ -107,7 +113,7 @@ def slabs_of(number: int, structure: StructureShape) -> tuple[Slab, ...]:
                 for r in shapely.orient_polygons(p).interiors
                 if Polygon(r).area > 0.3
             ),
-            top=Dimension(value=round(shape.floor, 4), source="measured", sigma=round(shape.sigma, 4)),
+            top=elevation_of(shape),
             thickness=thickness,
             use="BASESLAB" if number == 0 else "FLOOR",
         )

@@ -19,7 +19,8 @@ STEP = 0.1
 @dataclass(frozen=True, slots=True, eq=False)
 class Axis:
     """A wall's centre line (2,) ``start`` to ``end``; ``left`` and ``right`` spaces beside it; ``measured`` tells
-    whether both faces were seen; ``bulge`` is the tangent of a quarter of its arc's angle, positive to the left.
+    whether both faces were seen; ``bulge`` is the tangent of a quarter of its arc's angle, positive to the left;
+    ``sigma`` the standard deviation (metres) of the thickness that rays tell of a wall of which one face was seen.
     """
 
     start: F64
@@ -29,6 +30,7 @@ class Axis:
     left: frozenset[int]
     right: frozenset[int]
     bulge: float = 0.0
+    sigma: float | None = None
 
     @property
     def chord(self) -> float:

@@ -47,6 +47,7 @@ from scan2bim.structure.soffits import soffits_of
 from scan2bim.structure.spaces import find_spaces
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_stairs, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
+from scan2bim.structure.thicknesses import OuterWalls, SoleFace, common_thickness, outer_walls, sole_faces
 from scan2bim.structure.walls import find_walls
 
 DEEPEST = 5.0
@@ -75,7 +76,7 @@ def find_structure(
 def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[float], None]) -> StructureShape:
     """Storeys, each with its spaces and walls."""
     layers = layers_of(scene.surfels)
-    levels = find_storeys(scene.surfels, layers, settings)
+    levels = find_storeys(scene.surfels, layers, scene.stations)
     if not levels:
         raise PrecheckError(
             "No floor was found: no flat surface of 3 m2 or more with 1.5 m of clear height above it. Expected scans "
@@ -85,6 +86,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     doubtful = layers_of(scene.doubtful)
     faces: list[Face] = []
     depths: list[float] = []
+    soles: list[list[SoleFace]] = []
     rooms: list[Rooms] = []
     stairs: list[FoundStair] = []
     for number, level in enumerate(levels):
@@ -111,10 +113,13 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         rooms.append(room if number + 1 < len(levels) else _under_roof(room, plan))
         faces += found
         last = rooms[-1]
-        depths += reveal_depths(plan, find_walls(last.polygons, last.cuts, bends=last.bends)[0])
+        axes = find_walls(last.polygons, last.cuts, panes=last.panes, bends=last.bends)[0]
+        depths += reveal_depths(plan, axes)
+        soles.append(sole_faces(axes, last.polygons, level.floor, level.ceiling or level.top, near))
         progress(0.1 + 0.9 * (number + 1) / len(levels))
-    outer = outer_thickness(depths)
-    storeys = [_storey(r, outer) for r in rooms]
+    common = common_thickness([face for some in soles for face in some])
+    outer = outer_thickness(depths) if common is None else common
+    storeys = [_storey(r, outer_walls(s, outer)) for r, s in zip(rooms, soles, strict=True)]
     return StructureShape(tuple(storeys), main_direction(faces), _notes(levels, storeys, scene))
 
 
@@ -125,6 +130,11 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
     for number, (level, storey) in enumerate(zip(levels, storeys, strict=True)):
         if level.ceiling is None:
             notes.append(f"Storey {number}: no ceiling was seen; heights end where the scan ends.")
+        if level.sigma is None:
+            notes.append(
+                f"Storey {number}: stations stand over the ceiling below, but its floor was not seen; its height is "
+                "assumed."
+            )
         if not storey.spaces:
             notes.append(f"Storey {number}: its floor was seen but no space closes round it.")
     return tuple(notes)
@@ -224,7 +234,7 @@ def _stair(stair: FoundStair) -> StairShape:
     return StairShape(ring, base, top, stair.kind, climb, width, stair.risers)
 
 
-def _storey(rooms: Rooms, outer: float) -> StoreyShape:
+def _storey(rooms: Rooms, outer: OuterWalls) -> StoreyShape:
     seen = rooms.evidence.seen_share
     axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, seen, rooms.bends)
     spaces = frozenset(range(len(rooms.spaces)))
@@ -289,7 +299,7 @@ def _wall(number: int, axis: Axis, joins: Sequence[AxisJoin], rooms: Rooms) -> W
         start,
         end,
         round(axis.thickness, 4),
-        round(thickness_sigma or max(0.001, rms), 4) if axis.measured else None,
+        round(thickness_sigma or max(0.001, rms), 4) if axis.measured else axis.sigma,
         round(levels.floor, 4),
         round(top, 4),
         bool(ceilings),

@@ -55,7 +55,8 @@ def length_sigma(wall: WallShape, walls: Sequence[WallShape]) -> float | None:
         elif met.thickness_sigma is None or met.position_sigma is None:
             return None
         else:
-            ends.append(met.position_sigma / max(_sine(wall, met), 0.1))
+            unknown = met.thickness_sigma / 2 if met.faces == 1 else 0.0
+            ends.append(math.hypot(met.position_sigma, unknown) / max(_sine(wall, met), 0.1))
     return math.hypot(*ends)
 
 

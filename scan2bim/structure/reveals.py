@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from scan2bim.structure.axes import Axis
 from scan2bim.structure.plan import Plan
-from scan2bim.structure.walls import OUTER, THICKEST
+from scan2bim.structure.thicknesses import OUTER
+from scan2bim.structure.walls import THICKEST
 
 STEP = 0.10
 """Bins along the wall, metres: a reveal is a line straight into the wall, so that it fills one or two."""

@@ -202,12 +202,12 @@ class RoofShape:
 
 @dataclass(frozen=True, slots=True)
 class StoreyShape:
-    """A storey: floor (with sigma), ceiling and top heights, its spaces, walls, columns, beams and roof planes,
-    the stairs that start in it, and the wells in its floor through which those below come up.
+    """A storey: floor (with sigma, None where it was not seen), ceiling and top heights, its spaces, walls, columns,
+    beams and roof planes, the stairs that start in it, and the wells in its floor through which those below come up.
     """
 
     floor: float
-    sigma: float
+    sigma: float | None
     ceiling: float | None
     top: float
     spaces: tuple[SpaceShape, ...]

@@ -6,13 +6,13 @@ surroundings do not drown the rest.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN, Surfels
-from scan2bim.config import StructureSettings
 
 BIN = 0.01
 """Height bins of the level histogram, metres: finer than the elevation accuracy asked for (3 cm)."""
@@ -28,19 +28,26 @@ TALLEST = 9.0
 SMALLEST = 3.0
 """Floor area, square metres, below which a level is a landing or a large table, not a storey."""
 
+EYE = 0.8, 2.4
+"""Height of a scanner over the floor that its tripod stands on, metres: least and greatest."""
+UNSEEN_SLAB = 0.2
+"""Thickness assumed, metres, of a slab of which the underside alone was seen: 10 to 35 cm are usual."""
+FEWEST_EYES = 2
+"""Stations that must stand over a ceiling for a storey whose floor was not seen."""
+
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class StoreyLevels:
-    """Heights of one storey, local metres: its main ``floor`` (with sigma) and ``ceiling`` (None if unseen), and
-    ``top``, below which its walls end: the next storey's floor, or as high as was scanned. ``area`` square metres of
-    floor seen.
+    """Heights of one storey, local metres: its main ``floor`` (with sigma; None where it was not seen but told from the
+    ceiling below and the stations that stand over it) and ``ceiling`` (None if unseen), and ``top``, below which its
+    walls end: the next storey's floor, or as high as was scanned. ``area`` square metres of floor seen.
     """
 
     floor: float
-    sigma: float
+    sigma: float | None
     ceiling: float | None
     top: float
     area: float
@@ -92,18 +99,45 @@ def _rank(values: NDArray[np.float32]) -> I64:
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits) + (1 << 31)
 
 
-def find_storeys(surfels: Surfels, layers: Layers, settings: StructureSettings) -> tuple[StoreyLevels, ...]:
-    """Storeys from the lowest to the highest; empty if no floor was seen."""
+def find_storeys(surfels: Surfels, layers: Layers, stations: F64) -> tuple[StoreyLevels, ...]:
+    """Storeys from the lowest to the highest; empty if no floor was seen. ``stations`` (s, 3) positions, nan where
+    unknown.
+    """
     z = surfels.xyz[layers.order, 2].astype(np.float64)
     open_above, hanging = standing_and_hanging(layers)
     roofed = open_above & (layers.above < TALLEST)
     standing = roofed if _area(roofed) > 0.2 * _area(open_above) else open_above
     highest = float(np.percentile(z, 99.9))
     floors = [(floor, area) for floor, area in _peaks(z[standing]) if highest - floor > HEADROOM]
+    storeys = _storeys(z, standing, hanging, floors)
+    unseen = [(floor, 0.0) for floor in _unseen_floors(storeys, stations)]
+    return _storeys(z, standing, hanging, [*floors, *unseen]) if unseen else storeys
+
+
+def _storeys(
+    z: F64, standing: NDArray[np.bool_], hanging: NDArray[np.bool_], floors: Sequence[tuple[float, float]]
+) -> tuple[StoreyLevels, ...]:
     return tuple(
         _levels(z, standing, hanging, floor, area, [f for f, _ in floors if f > floor])
         for floor, area in sorted(floors)
     )
+
+
+def _unseen_floors(storeys: Sequence[StoreyLevels], stations: F64) -> list[float]:
+    """Heights of floors that no scan shows, as under insulation or goods: where stations stand over a ceiling, with no
+    floor between.
+    """
+    eyes = stations[np.isfinite(stations[:, 2]), 2]
+    out: list[float] = []
+    for number, storey in enumerate(storeys):
+        above = storeys[number + 1].floor if number + 1 < len(storeys) else np.inf
+        if storey.ceiling is None:
+            continue
+        floor = storey.ceiling + UNSEEN_SLAB
+        standing = (eyes > floor + EYE[0]) & (eyes < floor + EYE[1])
+        if floor + STEP_UP < above and np.count_nonzero(standing) >= FEWEST_EYES:
+            out.append(floor)
+    return out
 
 
 def standing_and_hanging(layers: Layers) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -158,5 +192,5 @@ def _levels(
         smooth = np.convolve(counts, np.ones(3), mode="same")
         ceiling = _refine(under, floor + (int(np.argmax(smooth)) + 0.5) * 0.02)
     top = limit if np.isfinite(limit) else float(np.percentile(under, 99.5)) + 0.1 if len(under) else float(z.max())
-    sigma = float(1.4826 * np.median(np.abs(on_floor - np.median(on_floor)))) if len(on_floor) else 0.02
-    return StoreyLevels(floor, max(sigma, 0.001), ceiling, top, area)
+    sigma = max(0.001, float(1.4826 * np.median(np.abs(on_floor - np.median(on_floor))))) if area > 0 else None
+    return StoreyLevels(floor, sigma, ceiling, top, area)

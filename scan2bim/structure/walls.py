@@ -19,11 +19,10 @@ from scan2bim.structure.axes import F64, Axis, AxisJoin
 from scan2bim.structure.curved_walls import borders_on, curved_axes, is_on, with_curved
 from scan2bim.structure.overlaps import parted, parted_again, reaching
 from scan2bim.structure.portals import on_cut
+from scan2bim.structure.thicknesses import OuterWalls
 
 THINNEST, THICKEST = 0.03, 0.80
 """Distances between faces, metres, that one wall can have (trade: 0.05 to 0.75)."""
-OUTER = 0.30
-"""Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
 GLASS = 0.08
 """Assumed thickness, metres, of a glass front: the profile of a usual frame."""
 LEAST_SEEN = 0.12
@@ -63,18 +62,19 @@ class _Border:
 def find_walls(
     spaces: Sequence[Polygon],
     cuts: Sequence[LineString] = (),
-    outer: float = OUTER,
+    outer: OuterWalls | None = None,
     panes: Sequence[LineString] = (),
     seen_share: Callable[[Axis], float] | None = None,
     bends: Sequence[Bend] = (),
 ) -> tuple[list[Axis], list[AxisJoin]]:
     """Walls between and round the spaces, with their ends joined.
 
-    ``cuts`` are virtual borders, on which no wall stands; ``outer`` is the thickness (metres) assumed for walls of
-    which one face was seen; ``panes`` are glass fronts; ``seen_share`` tells how much of a wall's faces was seen: a
+    ``cuts`` are virtual borders, on which no wall stands; ``outer`` tells the thickness of walls of which one
+    face was seen; ``panes`` are glass fronts; ``seen_share`` tells how much of a wall's faces was seen: a
     wall of which nothing was seen on the only side that it has is not made up; ``bends`` are curved faces, along which
     borders become curved walls, the last ones.
     """
+    outer = outer or OuterWalls()
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
     borders = [b for b in borders if not any(is_on(b.start, b.start + b.direction * b.length, bend) for bend in bends)]
     near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
@@ -85,7 +85,7 @@ def find_walls(
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
     axes, joins = parted_again(*_join_ends(parted(_without_stubs(axes))))
-    return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), outer))
+    return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), outer.usual))
 
 
 def _without_stubs(axes: list[Axis]) -> list[Axis]:
@@ -124,7 +124,7 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
 
 
 def _pieces(
-    number: int, borders: Sequence[_Border], near: Sequence[int], outer: float, panes: Sequence[LineString]
+    number: int, borders: Sequence[_Border], near: Sequence[int], outer: OuterWalls, panes: Sequence[LineString]
 ) -> list[Axis]:
     """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
     own = borders[number]
@@ -152,11 +152,12 @@ def _pieces(
     return out
 
 
-def _single(own: _Border, low: float, high: float, outer: float, panes: Sequence[LineString]) -> Axis:
+def _single(own: _Border, low: float, high: float, outer: OuterWalls, panes: Sequence[LineString]) -> Axis:
     border = np.array([own.start + own.direction * t for t in (low, high)])
-    thickness = GLASS if on_cut(border.mean(0, keepdims=True), panes) else outer
+    glass = on_cut(border.mean(0, keepdims=True), panes)
+    thickness, sigma = (GLASS, None) if glass else outer.behind(border)
     ends = border - own.inward * thickness / 2
-    return Axis(ends[0], ends[1], thickness, False, frozenset({own.space}), frozenset())
+    return Axis(ends[0], ends[1], thickness, False, frozenset({own.space}), frozenset(), sigma=sigma)
 
 
 def _double(own: _Border, other: _Border, low: float, high: float, distance: float) -> Axis:

@@ -5,7 +5,6 @@ import pytest
 from numpy.typing import NDArray
 from surfaces import level, room, surfels_of, turned, upright
 
-from scan2bim.config import StructureSettings
 from scan2bim.structure.faces import Face, find_faces, main_direction
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.storeys import find_storeys, layers_of
@@ -22,7 +21,7 @@ def plan(rooms: list[list[F64]], eyes: list[tuple[float, float]], yaw: float = 0
     surfels = surfels_of(turned(np.concatenate(points), yaw), station)
     layers = layers_of(surfels)
     positions = turned(np.array([[x, y, 1.5] for x, y in eyes]), yaw)
-    return plan_of(find_storeys(surfels, layers, StructureSettings())[0], surfels, layers, positions)
+    return plan_of(find_storeys(surfels, layers, positions)[0], surfels, layers, positions)
 
 
 def two_rooms(thickness: float, yaw: float) -> tuple[Plan, dict[str, tuple[F64, F64, F64]]]:
@@ -106,9 +105,8 @@ def test_without_faces_there_is_a_main_direction_all_the_same() -> None:
 def test_faces_have_a_front_also_where_no_station_is_known(yaw: float) -> None:
     surfels = surfels_of(turned(np.concatenate(room(0, 0, 5, 3)), yaw))
     layers = layers_of(surfels)
-    faces = find_faces(
-        plan_of(find_storeys(surfels, layers, StructureSettings())[0], surfels, layers, np.full((1, 3), np.nan))
-    )
+    nowhere = np.full((1, 3), np.nan)
+    faces = find_faces(plan_of(find_storeys(surfels, layers, nowhere)[0], surfels, layers, nowhere))
     middle = turned(np.array([[2.5, 1.5, 0.0]]), yaw)[0, :2]
     assert len(faces) == 4
     for face in faces:

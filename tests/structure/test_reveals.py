@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 from scan2bim.structure.reveals import outer_thickness
-from scan2bim.structure.walls import OUTER, THICKEST
+from scan2bim.structure.thicknesses import OUTER
+from scan2bim.structure.walls import THICKEST
 
 
 def test_without_deep_reveals_outer_walls_have_the_usual_thickness() -> None:

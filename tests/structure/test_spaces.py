@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box
 from surfaces import level, room, surfels_of, turned, upright
 
-from scan2bim.config import StructureSettings
 from scan2bim.structure.faces import find_faces
 from scan2bim.structure.plan import plan_of
 from scan2bim.structure.spaces import find_spaces, parted_at_necks
@@ -22,7 +21,7 @@ def spaces_of(rooms: list[list[F64]], eyes: list[tuple[float, float]], yaw: floa
     surfels = surfels_of(turned(np.concatenate(points), yaw), station)
     layers = layers_of(surfels)
     positions = turned(np.array([[x, y, 1.5] for x, y in eyes]), yaw)
-    plan = plan_of(find_storeys(surfels, layers, StructureSettings())[0], surfels, layers, positions)
+    plan = plan_of(find_storeys(surfels, layers, positions)[0], surfels, layers, positions)
     return find_spaces(plan, find_faces(plan), ())[0]
 
 

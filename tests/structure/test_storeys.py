@@ -5,15 +5,17 @@ import pytest
 from numpy.typing import NDArray
 from surfaces import level, room, surfels_of, upright
 
-from scan2bim.config import StructureSettings
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
 
 F64 = NDArray[np.float64]
 
 
-def storeys(*parts: F64) -> tuple[StoreyLevels, ...]:
+NOWHERE = np.full((1, 3), np.nan)
+
+
+def storeys(*parts: F64, stations: F64 = NOWHERE) -> tuple[StoreyLevels, ...]:
     surfels = surfels_of(np.concatenate(parts))
-    return find_storeys(surfels, layers_of(surfels), StructureSettings())
+    return find_storeys(surfels, layers_of(surfels), stations)
 
 
 def box(x0: float, y0: float, x1: float, y1: float, height: float) -> list[F64]:
@@ -27,7 +29,7 @@ def test_one_room_is_one_storey_with_its_floor_and_ceiling() -> None:
     assert only.floor == pytest.approx(0.0, abs=0.003)
     assert only.ceiling == pytest.approx(2.5, abs=0.003)
     assert only.area == pytest.approx(30.0, rel=0.1)
-    assert 0 < only.sigma < 0.01
+    assert only.sigma is not None and 0 < only.sigma < 0.01
 
 
 @pytest.mark.parametrize("slab", [0.15, 0.25, 0.6])
@@ -76,3 +78,13 @@ def test_the_largest_ceiling_is_the_storeys() -> None:
 def test_where_no_floor_was_seen_there_is_no_storey() -> None:
     assert storeys(level(0, 0, 6, 5, 2.5)) == ()
     assert storeys(upright((0.0, 0.0), (0.0, 6.0), 0.0, 2.5)) == ()
+
+
+def test_stations_over_a_ceiling_stand_in_a_storey_whose_floor_was_not_seen() -> None:
+    attic = [upright((0, y), (6, y), 2.7, 4.9) for y in (0, 5)]
+    eyes = np.array([[2.0, 2.0, 1.6], [2.0, 2.0, 4.2], [4.0, 3.0, 4.3]])
+    low, high = storeys(*room(0, 0, 6, 5), *attic, stations=eyes)
+    assert high.sigma is None
+    assert high.floor == pytest.approx(2.7, abs=0.1)
+    assert low.top == high.floor
+    assert len(storeys(*room(0, 0, 6, 5), *attic, stations=eyes[:2])) == 1

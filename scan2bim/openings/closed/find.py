@@ -150,7 +150,7 @@ def _recess(wall: WallShape, door: ClosedDoor) -> tuple[Literal["left", "right",
     measured = {s: e.recess for s, e in door.evidence.items() if np.isfinite(e.recess) and e.outline > OUTLINED}
     across = wall.thickness - LEAF_THICKNESS
     left = measured.get("left", across - measured["right"] if "right" in measured else None)
-    if left is None or (len(measured) == 1 and wall.thickness_sigma is None and max(measured.values()) > NEAR_FACE):
+    if left is None or (len(measured) == 1 and wall.faces == 1 and max(measured.values()) > NEAR_FACE):
         return "unknown", None
     right = measured.get("right", across - left)
     if abs(left - right) < NEARER:

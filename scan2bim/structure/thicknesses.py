@@ -1,0 +1,129 @@
+"""Thickness of walls of which scans saw one face: as rays through their openings tell, and as the building's others.
+
+The outer walls of a building are mostly built alike, and those of one storey nearly always. So walls that agree share
+one thickness, which is also assumed where nothing tells it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+from scan2bim.cloud.panorama import Panorama
+from scan2bim.structure.axes import Axis
+from scan2bim.structure.crossings import Crossings, crossings_of
+
+OUTER = 0.30
+"""Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
+SHORTEST = 1.0
+"""Length, metres, of the shortest wall whose openings are looked through."""
+BESIDE = 0.5
+"""Metres round a wall's space within which stations are asked: more see its openings from afar and aslant."""
+ALIKE = 0.03
+"""Difference, metres, up to which measured thicknesses are one: an edge is known to a pixel."""
+THINNEST, THICKEST = 0.05, 0.6
+"""Thicknesses, metres, that rays can tell: less is what lies behind panes, more a shaft or a terrace."""
+ROUNDED = 0.005
+"""Steps, metres, of what rays tell, so that other scans tell the same."""
+ON_LINE, PARALLEL = 0.03, 0.9986
+"""Distance, metres, and cosine of 3 degrees within which a border lies on a wall's face."""
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SoleFace:
+    """The only seen face of a wall, ``ends`` (2, 2) in plan, and what rays through its openings tell."""
+
+    ends: F64
+    rays: Crossings
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
+
+    def bounds(self) -> tuple[float, float]:
+        """Least and greatest thickness, metres, that the rays allow."""
+        low, high = self.rays.bounds()
+        return (low, high) if low < THICKEST and high > THINNEST else (0.0, np.inf)
+
+    def measured(self) -> tuple[float, float] | None:
+        """Thickness and its standard deviation, metres, where the rays tell it."""
+        found = self.rays.thickness()
+        return found if found is not None and THINNEST < found[0] < THICKEST else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OuterWalls:
+    """Thickness of the walls of a storey of which one face was seen: of ``known`` ones, as ends (2, 2) of the face with
+    the space on its left, thickness (metres) and its standard deviation (None if assumed), and the ``usual`` one.
+    """
+
+    usual: float = OUTER
+    known: tuple[tuple[F64, float, float | None], ...] = ()
+
+    def behind(self, border: F64) -> tuple[float, float | None]:
+        """Thickness and standard deviation (None if assumed) behind a border (2, 2) with the space on its left."""
+        middle, way = border.mean(0), border[1] - border[0]
+        for ends, thickness, sigma in self.known:
+            length = float(np.linalg.norm(ends[1] - ends[0]))
+            along, offset = (ends[1] - ends[0]) / length, middle - ends[0]
+            off = abs(float(along[0] * offset[1] - along[1] * offset[0]))
+            if along @ way > PARALLEL * np.linalg.norm(way) and off < ON_LINE and 0 < offset @ along < length:
+                return thickness, sigma
+        return self.usual, None
+
+
+def sole_faces(
+    axes: Sequence[Axis], spaces: Sequence[Polygon], base: float, top: float, panoramas: Sequence[Panorama]
+) -> list[SoleFace]:
+    """What the stations beside them tell of the straight walls of which one face was seen."""
+    found: list[SoleFace] = []
+    places = np.array([p.position[:2] for p in panoramas]).reshape(-1, 2)
+    near = {number: shapely.buffer(space, BESIDE) for number, space in enumerate(spaces)}
+    for axis in axes:
+        front = axis.thickness < OUTER
+        if axis.measured or axis.bulge or front or axis.length < SHORTEST or not panoramas:
+            continue
+        beside = shapely.union_all([near[number] for number in axis.left | axis.right])
+        inside = shapely.contains_xy(beside, places[:, 0], places[:, 1])
+        asked = [p for p, here in zip(panoramas, inside, strict=True) if here]
+        ends = np.array([axis.start, axis.end]) + axis.inset
+        found.append(SoleFace(ends if axis.left else ends[::-1], crossings_of(axis, base, top, asked)))
+    return found
+
+
+def outer_walls(faces: Sequence[SoleFace], building: float) -> OuterWalls:
+    """Those of a storey with these ``faces``, if ``building`` (metres) is the thickness of the others."""
+    own = common_thickness(faces)
+    usual = building if own is None or abs(own - building) < ALIKE else own
+    return OuterWalls(usual, tuple((face.ends, *_thickness_of(face, usual)) for face in faces))
+
+
+def common_thickness(faces: Sequence[SoleFace]) -> float | None:
+    """The thickness of most of the walls' length, metres, where rays tell it."""
+    told = [(face.length, found[0]) for face in faces if (found := face.measured()) is not None]
+    if not told:
+        return None
+    length, thickness = np.array(sorted(told, key=lambda t: t[1])).T
+    half = int(np.searchsorted(np.cumsum(length), length.sum() / 2))
+    near = np.abs(thickness - thickness[half]) < ALIKE
+    return _rounded(float(np.average(thickness[near], weights=length[near])))
+
+
+def _thickness_of(face: SoleFace, usual: float) -> tuple[float, float | None]:
+    """The usual thickness where the rays allow it, else what they tell; its standard deviation where they do."""
+    low, high = face.bounds()
+    found = face.measured()
+    if found is None:
+        return float(np.clip(usual, low, high)), None
+    return (usual if abs(usual - found[0]) < ALIKE else _rounded(found[0])), found[1]
+
+
+def _rounded(thickness: float) -> float:
+    return round(round(thickness / ROUNDED) * ROUNDED, 4)

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scan2bim.cloud.panorama import Panorama
+from scan2bim.structure.axes import Axis
+from scan2bim.structure.crossings import Crossings, crossings_of
+from scan2bim.structure.thicknesses import OUTER, OuterWalls, SoleFace, common_thickness, outer_walls
+
+F64 = NDArray[np.float64]
+EDGE = 256
+OUTSIDE = 6.0
+
+
+def directions() -> F64:
+    """Unit vectors (6, EDGE, EDGE, 3) of a panorama's cells."""
+    c = (2 * np.arange(EDGE) + 1) / EDGE - 1
+    u, v = np.meshgrid(c, c, indexing="ij")
+    one = np.ones_like(u)
+    sides = [(one, u, v), (-one, u, v), (u, one, v), (u, -one, v), (u, v, one), (u, v, -one)]
+    d = np.stack([np.stack(side, -1) for side in sides])
+    return d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+
+def seen_from(place: tuple[float, float, float], thickness: float, frame: float = 0.0) -> Panorama:
+    """Panorama of a room before the wall y = 0 with a window, 2 to 3.2 m along and 0.9 to 2.2 m up, in which a frame
+    ``frame`` metres wide stands 10 cm behind the face; outside is a wall.
+    """
+    d = directions()
+    x, y, z = (d[..., k] for k in range(3))
+    with np.errstate(divide="ignore", invalid="ignore"):
+
+        def at(depth: float) -> tuple[F64, F64, F64]:
+            way = np.where(y > 0, (depth - place[1]) / y, np.inf)
+            return way, place[0] + way * x, place[2] + way * z
+
+        def inside(depth: float, margin: float = 0.0) -> NDArray[np.bool_]:
+            _, a, b = at(depth)
+            return (a > 2 + margin) & (a < 3.2 - margin) & (b > 0.9 + margin) & (b < 2.2 - margin)
+
+        sides = [(2 - place[0]) / x, (3.2 - place[0]) / x, (0.9 - place[2]) / z, (2.2 - place[2]) / z]
+        reveal = np.min([np.where(side > at(0.0)[0], side, np.inf) for side in sides], 0)
+        far = np.where(inside(thickness), at(OUTSIDE)[0], reveal)
+        far = np.where(inside(0.1, frame) | ~inside(0.1), far, at(0.1)[0])
+        ranges = np.where(y > 0, np.where(inside(0.0), far, at(0.0)[0]), 5.0)
+    return Panorama(np.array(place), np.where(np.isfinite(ranges), ranges, 0.0).astype(np.float32))
+
+
+def rays(thickness: float, frame: float = 0.0) -> Crossings:
+    wall = Axis(np.array([0.0, 0.15]), np.array([6.0, 0.15]), 0.3, False, frozenset(), frozenset({0}))
+    places = ((2.0, -1.5, 1.5), (4.0, -1.8, 1.6), (1.0, -3.0, 1.5))
+    return crossings_of(wall, 0.0, 2.6, [seen_from(place, thickness, frame) for place in places])
+
+
+@pytest.mark.parametrize("thickness", [0.15, 0.2, 0.36, 0.49])
+def test_rays_through_a_window_tell_the_thickness_of_its_wall(thickness: float) -> None:
+    found = rays(thickness).thickness()
+    assert found is not None
+    assert found[0] == pytest.approx(thickness, abs=0.025)
+    assert 0.005 < found[1] < 0.03
+
+
+def test_a_frame_that_hides_the_reveal_leaves_bounds() -> None:
+    hidden = rays(0.2, frame=0.08)
+    low, high = hidden.bounds()
+    assert low - 0.03 < 0.2 < high + 0.03
+
+
+def test_a_wall_without_openings_tells_nothing() -> None:
+    wall = Axis(np.array([0.0, 0.15]), np.array([1.8, 0.15]), 0.3, False, frozenset(), frozenset({0}))
+    blind = crossings_of(wall, 0.0, 2.6, [seen_from((1.0, -2.0, 1.5), 0.2)])
+    assert blind.bounds() == (0.0, np.inf)
+    assert blind.thickness() is None
+
+
+def test_walls_that_tell_nothing_are_as_thick_as_the_others() -> None:
+    nothing = Crossings(np.zeros(80), np.zeros(80))
+    first, second = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 4.0]])
+    faces = [SoleFace(first, rays(0.36)), SoleFace(second, nothing)]
+    common = common_thickness(faces)
+    assert common is not None and common == pytest.approx(0.36, abs=0.025)
+    walls = outer_walls(faces, common)
+    told, sigma = walls.behind(np.array([[1.0, 0.0], [2.0, 0.0]]))
+    assert (told, sigma is None) == (common, False)
+    assert walls.behind(np.array([[6.0, 1.0], [6.0, 2.0]])) == (common, None)
+    assert common_thickness(faces[1:]) is None
+    assert OuterWalls().behind(first) == (OUTER, None)
+
+
+def test_a_wall_that_is_built_otherwise_keeps_its_own_thickness() -> None:
+    first, second = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 2.0]])
+    walls = outer_walls([SoleFace(first, rays(0.36)), SoleFace(second, rays(0.2))], 0.36)
+    assert walls.behind(second)[0] == pytest.approx(0.2, abs=0.025)
