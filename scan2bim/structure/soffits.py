@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
+from scan2bim.geometry.polygons import polygons_of
 from scan2bim.structure.roofs import Slope, lower_side
 
 LEAST = 0.5
@@ -28,7 +29,7 @@ def soffits_of(space: Polygon, roofs: Sequence[Slope], level: float) -> tuple[So
     ``level`` (z) elsewhere; none where no roof plane is over it.
     """
     whole = shapely.set_precision(space, GRID)
-    over = [(r.plane, shapely.intersection(whole, r.outline, grid_size=GRID)) for r in roofs]
+    over = [(r.plane, _shared(whole, r.outline)) for r in roofs]
     pieces = [(plane, part) for plane, part in over if part.area > LEAST]
     if not pieces:
         return ()
@@ -55,9 +56,14 @@ def _with_sliver(
         mine = sliver
         for other in beside:
             if other != number:
-                mine = shapely.intersection(mine, lower_side(plane - pieces[other][0], mine), grid_size=GRID)
+                mine = _shared(mine, lower_side(plane - pieces[other][0], mine))
         out[number] = plane, shapely.union(part, mine, grid_size=GRID)
     return out
+
+
+def _shared(shape: BaseGeometry, other: BaseGeometry) -> BaseGeometry:
+    """The area that two areas share, without the lines and points in which they only touch."""
+    return shapely.union_all(polygons_of(shapely.intersection(shape, other, grid_size=GRID)))
 
 
 def volume_under(soffits: Sequence[Soffit], floor: float) -> float:

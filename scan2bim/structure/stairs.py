@@ -20,6 +20,7 @@ from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.graphs import connected_parts
+from scan2bim.geometry.polygons import polygons_of
 from scan2bim.geometry.raster import closed
 from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.storeys import Layers, standing_and_hanging
@@ -342,11 +343,6 @@ def without_wells(space: Polygon, wells: Sequence[Polygon]) -> tuple[list[Polygo
 def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
     """A shape without what is narrower than a width, metres."""
     return shape.buffer(-width / 2, join_style="mitre").buffer(width / 2, join_style="mitre")
-
-
-def polygons_of(shape: BaseGeometry) -> list[Polygon]:
-    """The polygons that a shape is made of, their outer rings counter-clockwise."""
-    return [shapely.orient_polygons(p) for p in shapely.get_parts(shape) if isinstance(p, Polygon)]
 
 
 def _open_part(stair: FoundStair, plan: Plan) -> Polygon:

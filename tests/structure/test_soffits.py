@@ -59,6 +59,11 @@ def test_a_sliver_between_three_planes_goes_to_the_lowest() -> None:
     assert area_of(found) == pytest.approx(54.0)
 
 
+def test_a_roof_that_touches_the_space_beside_its_area_takes_the_area_alone() -> None:
+    outline = Polygon([(-2, 0), (3, 0), (3, 3), (-1, 3), (-1, 4), (0, 4), (0, 5), (-2, 5)])
+    assert area_of(soffits_of(ROOM, [Slope(SOUTH.plane, outline, 0.001, 1.0)], 3.1)) == pytest.approx(54.0)
+
+
 def test_a_space_without_roof_planes_over_it_has_no_pieces() -> None:
     assert soffits_of(box(20, 0, 25, 5), [SOUTH, NORTH], 2.4) == ()
 
