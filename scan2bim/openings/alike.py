@@ -1,5 +1,5 @@
-"""Sides of openings that curtains or furniture hide: taken from like openings of the building, which repeat, else the
-middle of where they may lie.
+"""Sides of openings that curtains or furniture hide: taken from like openings of the building, which repeat, from a
+window's own bars, since windows are symmetric, else from how curtains hang.
 """
 
 from __future__ import annotations
@@ -15,8 +15,12 @@ LEAST = 0.3
 """Least width and height of an opening, metres."""
 BETWEEN = 0.04
 """Metres of wall that stay between two openings."""
+LAP = 1 / 3
+"""Share of what a curtain hides beside a window that is window: drawn aside it hangs rather before the wall."""
 UNIFORM = 12**0.5
 """A range by its standard deviation, if all within it is as likely."""
+MIRRORED = 0.02
+"""Standard deviation, metres, of a width from bars: twice that of a bar's middle."""
 Range = tuple[float, float, float, float]
 """Nearer and farther end of what was seen, and how far the opening may go on beyond each, metres."""
 
@@ -50,8 +54,8 @@ def _bounded(opening: OpeningShape, others: Sequence[OpeningShape]) -> OpeningSh
 
 
 def _sideways(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningShape:
-    """With both jambs: those of an opening above or below whose other jamb is the same, the width of openings of its
-    height or head, or the middle of what is hidden.
+    """With both jambs: those of an opening above or below whose other jamb is the same, the one that its bars tell, the
+    width of openings of its height or head, or a share of what is hidden.
     """
     left, right = opening.hidden[:2]
     if left == 0.0 and right == 0.0:
@@ -61,11 +65,24 @@ def _sideways(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningSh
         stacked = (other.storey, other.wall) == (opening.storey, opening.wall) and other.sill != opening.sill
         if stacked and _fits((other.offset, _end(other)), span):
             return _wide(opening, other.offset, other.width, None)
+    mirrored = _mirrored(opening)
+    if mirrored is not None and _fits(mirrored, span):
+        return _wide(opening, mirrored[0], mirrored[1] - mirrored[0], MIRRORED)
     alike = [o for o in known if o.kind == opening.kind and o.width_sigma is not None and _as_tall(opening, o)]
     width = _most_common([o.width for o in alike], span)
     if width is not None:
         return _wide(opening, *_placed(span, width), None)
-    return _wide(opening, span[0] - left / 2, span[1] - span[0] + (left + right) / 2, max(left, right) / UNIFORM)
+    return _wide(
+        opening, span[0] - LAP * left, span[1] - span[0] + LAP * (left + right), LAP * 2 * max(left, right) / UNIFORM
+    )
+
+
+def _mirrored(opening: OpeningShape) -> tuple[float, float] | None:
+    """Both jambs of a window of which one is hidden, by its bars: the middle of the outer ones is its own."""
+    if not opening.bars or min(opening.hidden[:2]) > 0:
+        return None
+    twice = opening.bars[0] + opening.bars[-1]
+    return (opening.offset, twice - opening.offset) if opening.hidden[1] > 0 else (twice - _end(opening), _end(opening))
 
 
 def _upwards(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningShape:

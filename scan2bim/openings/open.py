@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.geometry.raster import closed, opened
+from scan2bim.openings.bars import bars_of
 from scan2bim.openings.edges import MARGIN
 from scan2bim.openings.shapes import Kind, OpeningShape
 from scan2bim.openings.sides import sides_of
@@ -304,6 +305,7 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         sides=supported,
         glazed=True if glazed else None,
         hidden=hidden,
+        bars=bars_of(image, box) if any(hidden[:2]) else (),
     )
 
 

@@ -28,7 +28,8 @@ class OpeningShape:
     went through the closed leaf; ``recess`` metres from the face on the ``recess_side`` in to the closed leaf;
     ``handle_height`` over the base; ``words`` the evidence for a closed door; ``hidden`` how
     far outwards its left, right, lower and upper side may lie, metres, where something hid them, else 0; ``lining``
-    width of the lining that shows flush with the wall round a window.
+    width of the lining that shows flush with the wall round a window; ``bars`` middles of its upright bars, metres
+    from the wall's start.
     """
 
     storey: int
@@ -59,6 +60,7 @@ class OpeningShape:
     glazed: bool | None = None
     hidden: tuple[float, float, float, float] = NOT_HIDDEN
     lining: float | None = None
+    bars: tuple[float, ...] = ()
 
 
 def save_openings(openings: Sequence[OpeningShape], path: Path) -> None:

@@ -27,9 +27,21 @@ Sides = tuple[Edge, Edge, Edge, Edge]
 """Left, right, lower and upper."""
 
 
+def seen_part(image: WallImage, box: Box) -> Box:
+    """A box without the strips along its sides of which nothing was seen: a curtain may hide wall and opening there."""
+    told = part(_told(image), *box) if box[2] > 0.0 else part(_told(image), *box[:2], MARGIN, box[3])
+    columns, rows = np.flatnonzero(told.mean(0) > TOLD), np.flatnonzero(told.mean(1) > TOLD)
+    if not len(columns) or not len(rows):
+        return box
+    left, right, bottom, top = box
+    ends = len(told.T) - 1 - columns[-1], len(told) - 1 - rows[-1]
+    low = rows[0] * PIXEL if bottom > 0.0 else 0.0
+    return left + columns[0] * PIXEL, right - ends[0] * PIXEL, bottom + low, top - ends[1] * PIXEL
+
+
 def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     """The sides near a rough box. In ``outer`` walls, where curtains hang, they may lie far behind what hides them."""
-    left, right, bottom, top = box
+    left, right, bottom, top = box = seen_part(image, box) if outer else box
     hidden = [_hidden_beyond(image, box, k) if outer else 0.0 for k in range(4)]
     reach = np.array(
         [left - REACH - hidden[0], right + REACH + hidden[1], bottom - REACH - hidden[2], top + REACH + hidden[3]]
@@ -93,11 +105,15 @@ def _hidden_beyond(image: WallImage, box: Box, side: int) -> float:
         (left + MARGIN, right - MARGIN, bottom - FARTHEST, bottom - PIXEL),
         (left + MARGIN, right - MARGIN, top + PIXEL, top + FARTHEST),
     )
-    told = image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0)
-    beyond = part(told, *boxes[side])
+    beyond = part(_told(image), *boxes[side])
     if not beyond.size:
         return 0.0
     share = beyond.mean(0 if side < 2 else 1)
     share = share[::-1] if side in (0, 2) else share
     ends = np.flatnonzero(share > TOLD)
     return float((ends[0] if len(ends) else len(share)) * PIXEL)
+
+
+def _told(image: WallImage) -> NDArray[np.bool_]:
+    """Where anything was seen of a wall, or through it (r, c)."""
+    return image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0)

@@ -43,8 +43,22 @@ def test_a_hidden_jamb_follows_from_the_width_of_a_like_window_elsewhere() -> No
 def test_a_window_of_another_height_is_not_alike() -> None:
     other = replace(WHOLE, wall=3, sill=0.2, height=2.2)
     *_, found = completed([other, hidden(WHOLE, left=0.5)])
-    assert found.width == pytest.approx(0.52 + 0.25)
-    assert found.width_sigma == pytest.approx(0.5 / 12**0.5, abs=1e-3)
+    assert found.width == pytest.approx(0.52 + 0.5 / 3, abs=1e-3)
+    assert found.width_sigma == pytest.approx(2 / 3 * 0.5 / 12**0.5, abs=1e-3)
+
+
+def test_a_hidden_jamb_is_as_far_from_the_bars_as_the_other() -> None:
+    barred = replace(hidden(WHOLE, left=0.5), bars=(WHOLE.offset + WHOLE.width / 2,))
+    *_, found = completed([barred])
+    assert found.offset == pytest.approx(WHOLE.offset)
+    assert found.width == pytest.approx(WHOLE.width)
+
+
+def test_a_bar_that_puts_the_jamb_where_wall_was_seen_is_not_the_middle() -> None:
+    other = replace(WHOLE, wall=3, offset=4.0)
+    barred = replace(hidden(WHOLE, left=0.5), bars=(WHOLE.offset + WHOLE.width - 0.1,))
+    *_, found = completed([other, barred])
+    assert found.width == pytest.approx(WHOLE.width)
 
 
 def test_with_both_jambs_hidden_a_window_stands_in_the_middle() -> None:

@@ -187,3 +187,16 @@ def test_a_window_whose_panes_returned_nothing_is_told_by_its_reveals() -> None:
 def test_a_place_that_something_hid_is_no_window() -> None:
     assert not blank(WINDOW)
     assert not blank((1.0, 2.8, 0.0, 0.8))
+
+
+def test_the_bar_of_a_window_whose_side_a_curtain_hides_is_found() -> None:
+    left, right, bottom, top = wide = (1.0, 2.6, 0.9, 2.1)
+    halves = [(left, 1.8, bottom, top), (1.8, right, bottom, top)]
+    panes = [(a + 0.1, b - 0.1, bottom + 0.1, top - 0.1) for a, b, *_ in halves]
+    parts = np.concatenate([reveals(wide), *(pane(half, 0.1) for half in halves)])
+    curtain = (right - 0.2, right + 0.3, 0.0, HEIGHT)
+    panes[1] = (1.9, right - 0.2, *panes[1][2:])
+    wall, picture = image([wide, curtain], parts[parts[:, 0] < right - 0.2], through=panes)
+    (found,) = find_open(0, 0, wall, picture)
+    assert found.hidden[1] > 0.3
+    assert found.bars == pytest.approx((1.8,), abs=0.02)
