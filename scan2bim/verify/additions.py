@@ -45,6 +45,11 @@ BESIDE, BEFORE = 0.5, 0.4
 """Metres beside a window and before its wall within which curtains hang."""
 HANGING = 0.8
 """Share of a group that must hang there for it to be one."""
+LEVEL = 0.2
+"""Share of a curtain that hangs before the window itself: a low window in a high room."""
+LONGEST = 3.0
+"""Metres up to which furniture, leaves and curtains stand as straight as walls; of longer ones any part that reaches
+up will do."""
 OVER = 0.3
 """Metres in plan within which a place of a ceiling lies over a voxel."""
 COVERED = 0.5
@@ -188,7 +193,8 @@ def _guess(middle: F64, upright: bool, around: Surroundings) -> Guess:
         return "slab" if _covered(middle, around.ceilings) > COVERED else "object"
     wall = upright and length >= 0.9 and width <= 0.45
     column = height >= 1.8 and width >= 0.1 and length <= 0.9
-    if not (wall or column) or _reaching(middle, around.ceilings) < REACHING or _hangs(middle, around.windows):
+    least = REACHING if length < LONGEST else 0.0
+    if not (wall or column) or _reaching(middle, around.ceilings) <= least or _hangs(middle, around.windows):
         return "object"
     return "wall" if wall else "column"
 
@@ -213,7 +219,9 @@ def _hangs(middle: F64, windows: Sequence[Gap]) -> bool:
         offset = middle - gap.middle
         across = offset[:, :2] @ gap.across
         inside = (np.abs(offset[:, :2] @ gap.along) < gap.width / 2 + BESIDE) & (across > gap.low - BEFORE)
-        if float((inside & (across < gap.high + BEFORE)).mean()) > HANGING and np.abs(offset[:, 2]).min() < gap.height:
+        inside &= across < gap.high + BEFORE
+        level = np.abs(offset[:, 2]) < gap.height / 2
+        if float(inside.mean()) > HANGING and float(level.mean()) > LEVEL:
             return True
     return False
 

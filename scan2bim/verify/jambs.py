@@ -24,6 +24,10 @@ FEWEST = 6
 MOVED = 0.05
 """Metres that a detected opening must lie aside to count as moved where its sides are not seen: detected sides are good
 to some 25 mm."""
+WIDER = 0.025
+"""Metres beyond a drawn side that points inside the wall lie where the opening is wider, and up to which they may begin
+beside the other one: mixed pixels lie nearer to sides, and frames hide so much.
+"""
 FRAME = 0.08
 """Metres that frames, linings or the hinged edge of a leaf may bring a side of an opening in."""
 
@@ -70,6 +74,11 @@ def outline_change(outline: Outline, tolerance: float, detected: float | None) -
     one side hides the other as much; else it is wider or narrower. detected: shift of the detected opening, metres.
     """
     start, end = _inwards(outline.start, tolerance), _inwards(outline.end, tolerance)
+    # An open leaf may hide on one face that wall begins farther in, but not as far as the other side lies out.
+    if start < 0.0 == end and _balances(outline.end, start):
+        end = outline.end.place
+    elif end < 0.0 == start and _balances(outline.start, end):
+        start = outline.start.place
     if start < 0 < end:
         hint = None if detected is None else start - 2 * detected
         end = _seen_twice(outline.end, start, hint)
@@ -82,7 +91,7 @@ def outline_change(outline: Outline, tolerance: float, detected: float | None) -
         return Change(0.0, 0.0)
     if start and end:
         return Change((start - end) / 2, -(start + end))
-    hidden = min(max(outline.end.wall if start else outline.start.wall, -FRAME), FRAME)
+    hidden = min(max(outline.end.place if start else outline.start.place, -FRAME), FRAME)
     change = start + end - hidden
     return Change((change if start else -change) / 2, -change) if abs(change) > tolerance else Change(0.0, 0.0)
 
@@ -90,8 +99,19 @@ def outline_change(outline: Outline, tolerance: float, detected: float | None) -
 def _inwards(side: Side, tolerance: float) -> float:
     """Metres that a side lies inwards of the drawn one, negative outwards; 0 where it may lie there."""
     if side.hollow and side.inside < -tolerance:
-        return side.wall
-    return side.built if side.built > FRAME else 0.0
+        return side.place
+    return _built(side) if side.built > FRAME else 0.0
+
+
+def _built(side: Side) -> float:
+    """Metres inwards of the drawn side over which wall goes on, to its reveal if one was seen about there."""
+    near = side.reveal is not None and abs(side.reveal - side.built) < FRAME
+    return side.reveal if near and side.reveal is not None else side.built
+
+
+def _balances(side: Side, other: float) -> bool:
+    """Whether a side lies as far inwards as the other one outwards, so that frames explain the rest."""
+    return side.place > FRAME and abs(side.place + other) < 2 * FRAME
 
 
 def _seen_twice(side: Side, other: float, hint: float | None) -> float:
@@ -99,18 +119,23 @@ def _seen_twice(side: Side, other: float, hint: float | None) -> float:
     an opening. The one that is nearer to the hint, or where none was detected to what the other lies outwards.
     """
     expected = -other if hint is None else hint
-    return min((side.built, side.wall), key=lambda value: abs(value - expected))
+    return min((_built(side), side.place), key=lambda value: abs(value - expected))
 
 
 def extent_change(extent: tuple[float, float], gap: Gap, found: Detected) -> Change | None:
-    """What points inside the wall and a detected opening tell together, None where they do not agree that it was moved.
+    """What points inside the wall and a detected opening tell together, None where they do not agree that it was moved
+    or is wider.
 
     The opening reaches at least as far as the points do, metres inwards of the drawn start and end: where it was moved,
-    beyond one side, and no farther than from the other.
+    beyond one side, and no farther than from the other. Where they begin at the other as drawn, it is wider by so much
+    at the least.
     """
     start, end = extent
     out, other = min(start, end), max(start, end)
     sign = 1.0 if end < start else -1.0
+    reach = found.width / 2 - gap.width / 2 + sign * float((found.middle[:2] - gap.middle[:2]) @ gap.along)
+    if out < -WIDER and abs(other) < WIDER and reach > -out:
+        return Change(-sign * out / 2, -out)
     aside = sign * float((found.middle[:2] - gap.middle[:2]) @ gap.along)
     if out > -MOVED or aside < MOVED or other < -out:
         return None

@@ -15,6 +15,7 @@ from scan2bim.verify.hanging import difference
 from scan2bim.verify.ifc_model import ModelElement
 from scan2bim.verify.jambs import Change, built_face, detected_change, extent_change, outline_change
 from scan2bim.verify.outlines import Outline, Profiles, find_extent, find_outline
+from scan2bim.verify.outlines import Side as JambSide
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
 from scan2bim.verify.status import Surface
@@ -44,7 +45,13 @@ SAME_SIZE = 0.2
 SURE = 0.6
 """Confidence from which on a detected opening counts as seen."""
 OPEN = 0.5
-"""Share of a detected opening's place in a drawn wall that shows no wall, for the opening to be an addition."""
+"""Share of a detected opening's place in a drawn wall that shows no wall, for the opening to be an addition; or of what
+was seen of the wall beside a drawn one, for that to be wider.
+"""
+LEAST_LOOKED, LEAST_AREA = 0.05, 0.05
+"""Metres of drawn wall beside an opening, a cell at the least, and square metres of it, that stations must look through
+for the opening to be wider.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,10 +179,34 @@ def _outline(context: OpeningContext, number: int, found: Detected | None) -> Ou
     gap = context.gaps[number]
     faces = _built_faces(context, number)
     if found is None:
-        return find_outline(context.profiles, number, faces, [0.0], None)
-    aside, wider = float((found.middle[:2] - gap.middle[:2]) @ gap.along), (found.width - gap.width) / 2
-    sides = (aside - wider, -aside - wider) if found.tells_place else None
-    return find_outline(context.profiles, number, faces, [0.0, aside], sides)
+        outline = find_outline(context.profiles, number, faces, [0.0], None)
+    else:
+        aside, wider = float((found.middle[:2] - gap.middle[:2]) @ gap.along), (found.width - gap.width) / 2
+        sides = (aside - wider, -aside - wider) if found.tells_place else None
+        outline = find_outline(context.profiles, number, faces, [0.0, aside], sides)
+    if outline is None:
+        return None
+    start, end = (_looked(context, number, side, sign) for side, sign in ((outline.start, -1), (outline.end, 1)))
+    return replace(outline, start=start, end=end)
+
+
+def _looked(context: OpeningContext, number: int, side: JambSide, sign: int) -> JambSide:
+    """The side at the start (``sign`` -1) or end of an opening, hollow also where stations looked through the wall that
+    is drawn between it and the built one.
+    """
+    if side.hollow or side.wall > -LEAST_LOOKED:
+        return side
+    gap, surface = context.gaps[number], context.surface
+    cells = context.cells_of(context.hosts[number])
+    offset = surface.table.centres(cells) - gap.middle
+    along = sign * (offset[:, :2] @ gap.along) - gap.width / 2
+    on_face = np.abs(surface.table.normal[surface.table.cell_face[cells]][:, :2] @ gap.across) > ANGLE
+    strip = on_face & (along > 0) & (along < -side.wall - LEAST_LOOKED / 2) & (np.abs(offset[:, 2]) < gap.height / 2)
+    through = ~surface.is_measured[cells] & ((surface.bits[cells] & LOOKED_THROUGH) > 0)
+    seen = surface.is_measured[cells] | through
+    told = float((strip & through).sum()) / max(int((strip & seen).sum()), 1)
+    area = float(surface.table.area(cells[strip & through]).sum())
+    return replace(side, hollow=True, inside=side.wall) if told > OPEN and area > LEAST_AREA else side
 
 
 def _built_faces(context: OpeningContext, number: int) -> tuple[F64, F64]:

@@ -54,6 +54,15 @@ EDGE = 7
 """Bins over which points inside the wall and on its faces are compared: wider than a reveal with its noise."""
 STRIP = 0.15
 """Metres beside a side in which these are counted."""
+REVEAL = 0.05
+"""Metres across the wall that points in one bin reach over on a reveal: frames and leaves are thinner."""
+FLUSH = 0.012
+"""Metres inwards of where a wall begins up to which a reveal is its own: farther in it is that of a frame."""
+LINED = 0.06
+"""Metres outwards of it, or around where a side was detected, in which a reveal is looked for: linings may be flush
+with the wall."""
+PEAK = 6
+"""Bins in which the first crowd of points inside a wall is looked for where they begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +76,12 @@ class Side:
     inside: float
     built: float
     hollow: bool
+    reveal: float | None = None
+
+    @property
+    def place(self) -> float:
+        """Where the side lies: its reveal tells best."""
+        return self.wall if self.reveal is None else self.reveal
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +98,10 @@ class Profiles:
 
     def __init__(self, gaps: Sequence[Gap]) -> None:
         self.gaps = tuple(gaps)
-        half = np.array([g.width / 2 + BESIDE for g in gaps])
+        half = np.ceil(np.array([g.width / 2 + BESIDE for g in gaps]) / BIN) * BIN
+        self._half = half
         low, high = np.array([g.low - AROUND for g in gaps]), np.array([g.high + AROUND for g in gaps])
-        self._shape = np.column_stack([np.ceil(2 * half / BIN), np.ceil((high - low) / DEEP)]).astype(np.int64)
+        self._shape = np.rint(np.column_stack([2 * half / BIN, np.ceil((high - low) / DEEP)])).astype(np.int64)
         self._start = np.concatenate([[0], np.cumsum(self._shape.prod(axis=1))]).astype(np.int64)
         self._counts = np.zeros(int(self._start[-1]), np.uint32)
         rows = [
@@ -107,6 +123,10 @@ class Profiles:
             _count(
                 raw, owned.owner, owned.corner, self._places[rows], self._shape[rows], self._start[rows], self._counts
             )
+
+    def half(self, number: int) -> float:
+        """Metres along the wall on each side of a gap's middle that are counted, whole bins."""
+        return float(self._half[number])
 
     def image(self, number: int) -> U32:
         """(n, m) counts of a gap's points along and across its wall."""
@@ -148,8 +168,8 @@ def find_outline(
     as built, metres across it from the drawn middle. detected: metres by which the sides of a detected opening lie
     inwards of the drawn start and end: they stand for a side beside which no wall was seen, if the other was.
     """
-    gap, half = profiles.gaps[number], profiles.gaps[number].width / 2 + BESIDE
-    on, inside = _counts(profiles, number, faces)
+    gap, half = profiles.gaps[number], profiles.half(number)
+    on, inside, depth = _counts(profiles, number, faces)
     seen = (on > 0).sum(axis=1) * BIN >= STRIP
     if not seen.any():
         return None
@@ -159,10 +179,11 @@ def find_outline(
     # A frame or a closed leaf may go on flush with a face, but then there is more inside the wall, which is solid.
     hollow = _hollow(on[seen].sum(axis=0), inside)
     solid, wall = walls.all(axis=0) & ~hollow, walls.any(axis=0) & ~hollow
-    sides = [_sides(wall, solid, inside, round((seed + half) / BIN), gap.width) for seed in seeds]
+    bins = Bins(wall, solid, inside, depth)
+    sides = [_sides(bins, round((seed + half) / BIN), gap.width) for seed in seeds]
     found = [Outline(start, end, weight) for start, end, weight in sides if start and end]
     if not found and detected is not None:
-        told = [_told(inwards) for inwards in detected]
+        told = (_told(bins.reversed(), gap.width, detected[0]), _told(bins, gap.width, detected[1]))
         found = [Outline(start or told[0], end or told[1], weight) for start, end, weight in sides if start or end]
     return max(found, key=lambda o: o.weight, default=None)
 
@@ -174,16 +195,22 @@ def _hollow(on: F64, inside: F64) -> Mask:
     return np.asarray(maximum_filter1d(kept, EDGE) > 0)
 
 
-def _told(inwards: float) -> Side:
-    """A side as a detected opening tells it, which takes a lining for a part of the opening, or leaves a frame out."""
-    return Side(inwards, inwards, inwards, inwards < -LINING)
+def _told(bins: Bins, width: float, inwards: float) -> Side:
+    """A side as a detected opening tells it, which takes a lining for a part of the opening, or leaves a frame out; the
+    reveal near it tells better.
+    """
+    drawn = len(bins.wall) / 2 + width / 2 / BIN
+    about, reach = round(drawn - inwards / BIN), round(LINED / BIN)
+    seen = _reveal(bins, about - reach, about + reach)
+    place = inwards if seen is None else (drawn - seen) * BIN
+    return Side(place, place, place, inwards < -LINING, None if seen is None else place)
 
 
 def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[float, float] | None:
     """How far from the drawn sides inwards, metres, points inside the wall begin and end along it, without a break;
     None where there are few. ``faces`` as in ``find_outline``.
     """
-    _, inside = _counts(profiles, number, faces)
+    _, inside, _ = _counts(profiles, number, faces)
     full = np.flatnonzero(inside > 0)
     middle = int(np.searchsorted(full, len(inside) // 2))
     if not 0 < middle < len(full):
@@ -194,34 +221,52 @@ def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tupl
     mass = np.cumsum(inside[own])
     if mass[-1] < 2 * LEAST:
         return None
-    low, high = own[np.searchsorted(mass, np.array([INSIDE, 1 - INSIDE]) * mass[-1])]
-    width = profiles.gaps[number].width
-    middle_bin = len(inside) / 2
-    return (low - middle_bin) * BIN + width / 2, width / 2 - (high + 1 - middle_bin) * BIN
+    first, last = own[np.searchsorted(mass, np.array([INSIDE, 1 - INSIDE]) * mass[-1])].tolist()
+    low, high = _crowd(inside, first, first + PEAK), _crowd(inside, max(last + 1 - PEAK, 0), last + 1)
+    width, half_bins = profiles.gaps[number].width, len(inside) / 2
+    return (low - half_bins) * BIN + width / 2, width / 2 - (high - half_bins) * BIN
 
 
-def _counts(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[F64, F64]:
-    """Points on both faces (2, n) and inside the wall (n,) in bins along it."""
+def _counts(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[F64, F64, F64]:
+    """Points on both faces (2, n) and inside the wall (n,) in bins along it, and over how many metres across the wall
+    those inside it reach, there and in the bins beside it (n,).
+    """
     gap, image = profiles.gaps[number], profiles.image(number)
-    along = (np.arange(image.shape[0]) + 0.5) * BIN - gap.width / 2 - BESIDE
+    along = (np.arange(image.shape[0]) + 0.5) * BIN - profiles.half(number)
     across = (np.arange(image.shape[1]) + 0.5) * DEEP + gap.low - AROUND
     low, high = (face[0] + face[1] * along for face in faces)
     on = np.array([(image * (np.abs(across - place[:, None]) < ON)).sum(axis=1) for place in (low, high)])
     within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
-    return on.astype(np.float64), (image * within).sum(axis=1).astype(np.float64)
+    filled = maximum_filter1d(((image > 0) & within).astype(np.uint8), 3, axis=0)
+    return on.astype(np.float64), (image * within).sum(axis=1).astype(np.float64), filled.sum(axis=1) * DEEP
 
 
-def _sides(wall: Mask, solid: Mask, inside: F64, seed: int, width: float) -> tuple[Side | None, Side | None, float]:
-    """Start and end, None where no wall was seen, of the stretch of bins round a seed that most speaks for, and how
-    much; wall (n,) bins with wall on a face that was seen, solid (n,) those with wall on all of them, inside (n,)
-    points inside it.
+@dataclass(frozen=True, slots=True, eq=False)
+class Bins:
+    """Bins along a wall: wall (n,) on a face that was seen, solid (n,) on all of them, inside (n,) points inside it,
+    depth (n,) metres that these reach over across it.
     """
-    if not 0 < seed < len(wall) or wall[seed]:
+
+    wall: Mask
+    solid: Mask
+    inside: F64
+    depth: F64
+
+    def reversed(self) -> Bins:
+        """From the other end."""
+        return Bins(self.wall[::-1], self.solid[::-1], self.inside[::-1], self.depth[::-1])
+
+
+def _sides(bins: Bins, seed: int, width: float) -> tuple[Side | None, Side | None, float]:
+    """Start and end, None where no wall was seen, of the stretch of bins round a seed that most speaks for, and how
+    much.
+    """
+    if not 0 < seed < len(bins.wall) or bins.wall[seed]:
         return None, None, 0.0
-    speaks = np.where(wall, -1.0, np.where(inside >= FEW, 1.0, ABSENT))
+    speaks = np.where(bins.wall, -1.0, np.where(bins.inside >= FEW, 1.0, ABSENT))
     (to_left, left), (to_right, right) = (_most(np.cumsum(part)) for part in (speaks[:seed][::-1], speaks[seed:]))
-    start = _side(wall[::-1], solid[::-1], inside[::-1], len(wall) - seed + to_left, width)
-    end = _side(wall, solid, inside, seed + to_right, width)
+    start = _side(bins.reversed(), len(bins.wall) - seed + to_left, width)
+    end = _side(bins, seed + to_right, width)
     return start, end, left + right
 
 
@@ -233,18 +278,34 @@ def _most(sums: F64) -> tuple[int, float]:
     return best + 1, float(sums[best])
 
 
-def _side(wall: Mask, solid: Mask, inside: F64, place: int, width: float) -> Side | None:
+def _side(bins: Bins, place: int, width: float) -> Side | None:
     """The side at the end of an opening: ``place`` is the first bin of the wall behind it. None without such wall."""
-    strip = round(STRIP / BIN)
-    if wall[place : place + strip].sum() < strip // 2:
+    strip, inside = round(STRIP / BIN), bins.inside
+    if bins.wall[place : place + strip].sum() < strip // 2:
         return None
     drawn = len(inside) / 2 + width / 2 / BIN
     reveal = place + round(ON / BIN)  # near the faces a reveal's points lie on them, too
     mass = np.cumsum(inside[max(place - strip, 0) : reveal][::-1])
     begin = int(np.searchsorted(mass, INSIDE * mass[-1])) if len(mass) and mass[-1] >= LEAST else reveal - place
-    built = _unbroken(solid[: round(drawn)][::-1])
+    built = _unbroken(bins.solid[: round(drawn)][::-1])
     hollow = float(inside[round(drawn + ON / BIN) : reveal].sum()) >= LEAST
-    return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow)
+    seen = _reveal(bins, place - round(FLUSH / BIN), place + round(LINED / BIN))
+    told = None if seen is None else (drawn - seen) * BIN
+    return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow, told)
+
+
+def _reveal(bins: Bins, first: int, last: int) -> float | None:
+    """Where the outermost reveal in some bins lies, in bins, None where none was seen."""
+    first = max(first, 0)
+    deep = np.flatnonzero(bins.depth[first:last] >= REVEAL)
+    return None if not len(deep) else _crowd(bins.inside, max(first + int(deep[-1]) - 3, 0), first + int(deep[-1]) + 1)
+
+
+def _crowd(inside: F64, first: int, last: int) -> float:
+    """Where, in bins, the most points (n,) of some bins crowd."""
+    peak = first + int(np.argmax(inside[first:last]))
+    near = np.arange(max(peak - 1, 0), min(peak + 2, len(inside)))
+    return float((near + 0.5) @ inside[near] / inside[near].sum())
 
 
 def _unbroken(wall: Mask) -> int:

@@ -57,8 +57,20 @@ def test_a_shift_is_told_to_3_mm_whatever_the_frame(shift: float, frame: float) 
 @pytest.mark.parametrize("wider", [0.15, -0.25])
 def test_an_opening_wider_or_narrower_on_one_side_is_told_as_resized(wider: float) -> None:
     found = change(-WIDTH / 2, WIDTH / 2 + wider)
-    assert found.width == pytest.approx(wider, abs=0.008)
-    assert found.shift == pytest.approx(wider / 2, abs=0.004)
+    assert found.width == pytest.approx(wider, abs=0.003)
+    assert found.shift == pytest.approx(wider / 2, abs=0.003)
+
+
+def test_reveals_behind_a_lining_on_one_side_tell_the_shift() -> None:
+    shift, lining = -0.31, 0.05
+    start, end = shift - WIDTH / 2, shift + WIDTH / 2
+    rng = np.random.default_rng(2)
+    along, depth, up = rng.uniform(end - lining, end, 4000), rng.uniform(0.0, HALF, 4000), rng.uniform(-1.0, 1.0, 4000)
+    front = np.column_stack([along, np.full(4000, HALF), up])
+    inner = np.column_stack([np.full(4000, end - lining), depth, up])
+    told = change(start, end, more=np.concatenate([front, inner]) + GAP.middle)
+    assert told.width == 0.0
+    assert told.shift == pytest.approx(shift, abs=0.003)
 
 
 @pytest.mark.parametrize("shift", [0.25, -0.25])
