@@ -23,7 +23,7 @@ from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.flooring import Flooring, flooring_of, split_at_floors
-from scan2bim.structure.overlaps import clear_of, up_to
+from scan2bim.structure.overlaps import Bodies, clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
@@ -242,7 +242,8 @@ def _storey(rooms: Rooms, outer: OuterWalls) -> StoreyShape:
         _wall(number, replace(axis, left=axis.left & spaces, right=axis.right & spaces), joins, rooms)
         for number, axis in enumerate(axes)
     )
-    clear = tuple(_clear(space, axes, [o.polygon for o in rooms.spaces if o is not space]) for space in rooms.spaces)
+    bodies, outlines = Bodies.of(axes), [space.polygon for space in rooms.spaces]
+    clear = tuple(_clear(space, bodies, outlines[:k] + outlines[k + 1 :]) for k, space in enumerate(rooms.spaces))
     clear = tuple(_under_slopes(space, rooms.roofs) for space in clear)
     level = rooms.levels
     heights = level.floor, level.sigma, level.ceiling, level.top
@@ -251,9 +252,9 @@ def _storey(rooms: Rooms, outer: OuterWalls) -> StoreyShape:
     )
 
 
-def _clear(space: SpaceShape, axes: Sequence[Axis], others: Sequence[Polygon]) -> SpaceShape:
+def _clear(space: SpaceShape, walls: Bodies, others: Sequence[Polygon]) -> SpaceShape:
     whole = space.polygon
-    rest = clear_of(up_to(whole, axes, others), axes)
+    rest = clear_of(up_to(whole, walls, others), walls)
     if rest is whole:
         return space
     outline, *holes = (ring_of(shapely.get_coordinates(ring)) for ring in (rest.exterior, *rest.interiors))

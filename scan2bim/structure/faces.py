@@ -112,6 +112,12 @@ class Lines:
         away = np.abs(((face.ends()[:, None] - self.centres) * self.normals).sum(2))
         return self._alike(face, away.max(0, initial=0.0) < off + 1e-6)
 
+    def behind(self, face: Face) -> list[Face]:
+        """Those that stand back behind a face, no deeper than a recess."""
+        behind = -((self.ends - face.centre) @ face.normal)
+        deep = (behind > 0.03).all(1) & (behind < DEEPEST_RECESS).all(1)
+        return [self.faces[k] for k in np.flatnonzero(deep & (self.normals @ face.normal > PARALLEL)).tolist()]
+
     def _alike(self, face: Face, near: NDArray[np.bool_]) -> list[Face]:
         return [self.faces[k] for k in np.flatnonzero(near & (self.normals @ face.normal > PARALLEL - 1e-9)).tolist()]
 
@@ -131,20 +137,13 @@ def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
     screens and cupboards before a nook, in line with the walls beside it.
     """
     out: list[Face] = []
+    backs = Lines.of([back for back in faces if back.tall >= max(TALL * back.length, LEAST_NOOK)])
     for face in faces:
         parts = [face]
-        for back in faces:
-            ends = back.ends() - face.centre
-            behind = -(ends @ face.normal)
-            if (
-                back.normal @ face.normal > PARALLEL
-                and behind.min() > 0.03
-                and behind.max() < DEEPEST_RECESS
-                and back.tall >= max(TALL * back.length, LEAST_NOOK)
-            ):
-                low, high = np.sort(ends @ face.direction).tolist()
-                split = [_parts_beside(plan, p, low, high) if _filled(plan, p, back) else [p] for p in parts]
-                parts = [p for some in split for p in some]
+        for back in backs.behind(face):
+            low, high = np.sort((back.ends() - face.centre) @ face.direction).tolist()
+            split = [_parts_beside(plan, p, low, high) if _filled(plan, p, back) else [p] for p in parts]
+            parts = [p for some in split for p in some]
         out += parts
     return out
 
@@ -324,11 +323,9 @@ def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.
         for i, a in enumerate(faces):
             if parent[i] != i:
                 continue
-            later = np.arange(i + 1, len(faces))
-            near = (np.abs(normals[later] @ a.normal) > PARALLEL) & (
-                np.abs((ends[later] - a.centre) @ a.normal).max(1) < 1.5 * BAND
-            )
-            for j in later[near]:
+            off = np.abs((ends[i + 1 :] - a.centre) @ a.normal)
+            near = (np.abs(normals[i + 1 :] @ a.normal) > PARALLEL) & (off[:, 0] < 1.5 * BAND) & (off[:, 1] < 1.5 * BAND)
+            for j in np.flatnonzero(near) + i + 1:
                 if parent[j] == j and _in_line(a, faces[j]):
                     parent[j] = i
         if (parent == np.arange(len(faces))).all():

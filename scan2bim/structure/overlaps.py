@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -34,8 +33,28 @@ SNAP = 1e-6
 """Metres. Overlays snap to this grid."""
 BEFORE = 0.12
 """Metres. What holds a space off a wall's face by less is a curtain or panel before it: were it wall, it had a body."""
+AROUND = 1.0
+"""Metres. Walls beyond have no part in what holds a space off a wall's face."""
 ALONG = 0.3
 """Share of its outline with which what lies between a space and a wall's face lies on this face."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """The bodies in plan of walls, (n,) polygons, to be asked which of them lie near a shape."""
+
+    polygons: NDArray[np.object_]
+    tree: shapely.STRtree
+
+    @staticmethod
+    def of(axes: Sequence[Axis], cap: Literal["flat", "square"] = "flat") -> Bodies:
+        """Those of straight axes, with these ends."""
+        polygons = np.array([_body(axis, cap) for axis in axes], dtype=object)
+        return Bodies(polygons, shapely.STRtree(polygons))
+
+    def near(self, shape: Polygon, distance: float = 0.0) -> NDArray[np.object_]:
+        """Those within a distance, metres, in their order."""
+        return self.polygons[np.sort(self.tree.query(shape, predicate="dwithin", distance=distance))]
 
 
 def parted(axes: Sequence[Axis]) -> list[Axis]:
@@ -46,43 +65,48 @@ def parted(axes: Sequence[Axis]) -> list[Axis]:
     """
     order = sorted(range(len(axes)), key=lambda k: -axes[k].length)
     kept: dict[int, Axis] = {}
-    for number in order:
+    for number, near in zip(order, _meeting([axes[k] for k in order]), strict=True):
         rest: Axis | None = axes[number]
-        for longer in kept.values():
+        for longer in (kept[order[k]] for k in near if order[k] in kept):
             rest = None if rest is None else _beside(longer, rest)
         if rest is not None:
             kept[number] = rest
     return [kept[number] for number in sorted(kept)]
 
 
+def _meeting(axes: Sequence[Axis]) -> Iterator[list[int]]:
+    """For each wall the numbers of the walls that may meet it, rising, by circles round them."""
+    middles = np.array([(axis.start + axis.end) / 2 for axis in axes]).reshape(-1, 2)
+    radii = np.array([(axis.length + axis.thickness) / 2 for axis in axes])
+    for middle, radius in zip(middles, radii, strict=True):
+        yield np.flatnonzero(np.hypot(*(middles - middle).T) <= radii + radius).tolist()
+
+
 def parted_again(axes: Sequence[Axis], joins: Sequence[AxisJoin]) -> tuple[list[Axis], list[AxisJoin]]:
     """Walls without joins cut back once more, from those that were drawn on to their joints; joins renumbered."""
     joined = {number for join in joins for number in (join.one, join.other)}
     rests: list[Axis | None] = list(axes)
+    near = list(_meeting(axes))
     for number in sorted(set(range(len(axes))) - joined, key=lambda k: -axes[k].length):
-        for other, longer in enumerate(rests):
-            rest = rests[number]
+        for other in near[number]:
+            rest, longer = rests[number], rests[other]
             if rest is not None and longer is not None and (other in joined or longer.length > rest.length):
                 rests[number] = _beside(longer, rest)
-    rests = [
-        rest if k in joined or rest is None else _unless_inside(rest, axes, joined) for k, rest in enumerate(rests)
-    ]
+    bodies = Bodies.of([axes[k] for k in joined], "square")  # about as far as their mitres reach
+    rests = [rest if k in joined or rest is None else _unless_inside(rest, bodies) for k, rest in enumerate(rests)]
     new = {old: number for number, old in enumerate(k for k, rest in enumerate(rests) if rest is not None)}
     kept = [replace(join, one=new[join.one], other=new[join.other]) for join in joins]
     return [rest for rest in rests if rest is not None], kept
 
 
-def _unless_inside(axis: Axis, axes: Sequence[Axis], joined: set[int]) -> Axis | None:
+def _unless_inside(axis: Axis, joined: Bodies) -> Axis | None:
     """None for a wall with more than half of its area in walls that are joined: a step at their corner."""
     own = _body(axis)
-    others = shapely.union_all([_body(axes[k], "square") for k in joined])  # about as far as their mitres reach
-    return None if own.intersection(others).area > IN_OTHERS * own.area else axis
+    return None if own.intersection(shapely.union_all(joined.near(own))).area > IN_OTHERS * own.area else axis
 
 
 def _beside(longer: Axis, axis: Axis) -> Axis | None:
     """What is left of a wall where the longer one does not stand: itself if they share nothing, None for nothing."""
-    if _far(longer, axis):
-        return axis
     turn = float(longer.direction @ axis.direction)
     if abs(turn) < PARALLEL:
         own = _body(axis)
@@ -107,12 +131,6 @@ def _beside(longer: Axis, axis: Axis) -> Axis | None:
         turn > 0
     )  # what is cut off is the wall's left, where the longer one stands now
     return replace(rest, left=frozenset()) if hidden_left else replace(rest, right=frozenset())
-
-
-def _far(one: Axis, other: Axis) -> bool:
-    """Whether two walls lie too far apart to meet, by circles round them."""
-    apart = math.hypot(*((one.start + one.end - other.start - other.end) / 2))
-    return apart > sum((a.length + a.thickness) / 2 for a in (one, other))
 
 
 def _shows(axis: Axis, part: tuple[float, float], turn: float, right: float) -> bool:
@@ -165,13 +183,13 @@ def _drawn_on(axis: Axis, at: str, end: F64, away: F64, others: NDArray[np.objec
     return replace(axis, start=point) if at == "start" else replace(axis, end=point)
 
 
-def clear_of(space: Polygon, axes: Sequence[Axis]) -> Polygon:
+def clear_of(space: Polygon, walls: Bodies) -> Polygon:
     """A space without the walls that reach into it: assumed ones, and straight ones whose face was not."""
-    bodies = [_body(axis) for axis in axes]
-    shared = shapely.intersection(np.array(bodies, dtype=object), space)
+    near = walls.near(space)
+    shared = shapely.intersection(near, space)
     inside = [
         body
-        for body, part in zip(bodies, shared, strict=True)
+        for body, part in zip(near, shared, strict=True)
         if part.area < 0.9 * body.area and not part.buffer(-DEEP / 2).is_empty
     ]
     if not inside:
@@ -182,22 +200,22 @@ def clear_of(space: Polygon, axes: Sequence[Axis]) -> Polygon:
     return max(parts, key=lambda part: part.area, default=space)
 
 
-def up_to(space: Polygon, axes: Sequence[Axis], others: Sequence[Polygon] = ()) -> Polygon:
+def up_to(space: Polygon, walls: Bodies, others: Sequence[Polygon] = ()) -> Polygon:
     """A space drawn on to the faces of walls where something flat before them held it off, and no other space is."""
-    if not axes:
+    bodies = walls.near(space, AROUND)
+    if not len(bodies):
         return space
-    walls = shapely.union_all([_body(axis) for axis in axes])
-    both = shapely.union(space, walls)
+    near = shapely.union_all(bodies)
+    both = shapely.union(space, near)
     closed = both.buffer(BEFORE / 2, join_style="mitre").buffer(-BEFORE / 2, join_style="mitre")
-    strips = shapely.get_parts(shapely.difference(closed, both, grid_size=SNAP))
-    faces, taken = walls.boundary.buffer(2 * SNAP), shapely.union_all(list(others))
+    strips = [s for s in shapely.get_parts(shapely.difference(closed, both, grid_size=SNAP)) if s.intersects(space)]
+    faces = near.boundary.buffer(2 * SNAP)
     between = [
         strip
         for strip in strips
-        if strip.intersects(space)
-        and strip.boundary.intersection(faces).length > ALONG * strip.length
+        if strip.boundary.intersection(faces).length > ALONG * strip.length
         and not strip.buffer(-DEEP / 2).is_empty
-        and not shapely.dwithin(strip, taken, SNAP)
+        and not shapely.dwithin(strip, np.array(others, dtype=object), SNAP).any()
     ]
     if not between:
         return space

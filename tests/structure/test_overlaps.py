@@ -10,7 +10,7 @@ import shapely
 from shapely.affinity import rotate
 
 from scan2bim.structure.axes import Axis, AxisJoin
-from scan2bim.structure.overlaps import clear_of, parted, parted_again, reaching
+from scan2bim.structure.overlaps import Bodies, clear_of, parted, parted_again, reaching
 
 BOTH = (frozenset({0}), frozenset({1}))
 LEFT = (frozenset({0}), frozenset())
@@ -98,8 +98,8 @@ def test_a_free_end_just_short_of_a_wall_reaches_it(gap, length):
 def test_spaces_end_where_walls_begin(degrees):
     room = rotate(shapely.box(0, 0, 4, 3), degrees, origin=(0, 0))
     wall = axis((0, 3), (4, 3), 0.1, BOTH, degrees)
-    clear = clear_of(room, [wall])
+    clear = clear_of(room, Bodies.of([wall]))
     assert clear.area == pytest.approx(4 * 2.95)
     assert len(clear.exterior.coords) == 5
-    assert clear_of(room, [axis((0, 3.045), (4, 3.045), 0.1, BOTH, degrees)]) is room
-    assert clear_of(room, [axis((1, 1), (2, 1), 0.1, BOTH, degrees)]) is room
+    assert clear_of(room, Bodies.of([axis((0, 3.045), (4, 3.045), 0.1, BOTH, degrees)])) is room
+    assert clear_of(room, Bodies.of([axis((1, 1), (2, 1), 0.1, BOTH, degrees)])) is room
