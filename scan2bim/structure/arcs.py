@@ -6,7 +6,7 @@ neighbouring ones that goes on along the columns beside them, and lies nearer to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -102,15 +102,16 @@ def find_bends(plan: Plan, faces: Sequence[Face]) -> list[Bend]:
     """The curved faces of a storey, longest first."""
     columns = plan.columns
     upright = np.flatnonzero((columns.bins >= FEWEST_BINS) | (columns.high >= 2))
+    standing = _Standing(upright, *columns.xy[upright].T.copy())
     pieces = sorted(
         (f for f in faces if f.length < LONGEST_PIECE and f.sided and len(f.columns)), key=lambda f: -f.length
     )
     found: list[Bend] = []
-    for number, piece in enumerate(pieces):
-        for other in pieces[number + 1 :]:
-            if any(_follows(bend, f) for bend in found for f in (piece, other)) or not _neighbours(piece, other):
+    for piece, others in zip(pieces, _neighbours(pieces), strict=True):
+        for other in others:
+            if any(_follows(bend, f) for bend in found for f in (piece, other)):
                 continue
-            bend = _bend(columns, upright, piece, other)
+            bend = _bend(columns, standing, piece, other)
             if bend is not None and bend.rms < BETTER * _straight_rms(columns, bend, pieces):
                 found.append(bend)
                 break
@@ -129,18 +130,20 @@ def _follows(bend: Bend, face: Face) -> bool:
     return bool((np.abs(bend.off(places)) < 2 * BAND).all() and (bend.turns(places) < bend.sweep + 0.1).all())
 
 
-def _neighbours(a: Face, b: Face) -> bool:
-    """Whether two pieces may follow one circle: turned a little, one beginning where the other ends, both seen from
-    within or both from outside.
+def _neighbours(pieces: Sequence[Face]) -> Iterator[list[Face]]:
+    """For each piece those later ones that may follow one circle with it: turned a little, one beginning where the
+    other ends, both seen from within or both from outside.
     """
-    turn = float(np.arccos(np.clip(a.normal @ b.normal, -1, 1)))
-    if not TURN[0] < turn < TURN[1]:
-        return False
-    ends, others = a.ends(), b.ends()
-    return bool(min(np.linalg.norm(ends[1] - others[0]), np.linalg.norm(ends[0] - others[1])) < BESIDE)
+    normals = np.array([piece.normal for piece in pieces]).reshape(-1, 2)
+    ends = np.array([piece.ends() for piece in pieces]).reshape(-1, 2, 2)
+    for number, (normal, (start, end)) in enumerate(zip(normals, ends, strict=True), start=1):
+        turn = np.arccos(np.clip(normals[number:] @ normal, -1, 1))
+        gaps = [np.linalg.norm(ends[number:, k] - place, axis=1) for k, place in ((0, end), (1, start))]
+        near = (turn > TURN[0]) & (turn < TURN[1]) & (np.minimum(*gaps) < BESIDE)
+        yield [pieces[number + k] for k in np.flatnonzero(near).tolist()]
 
 
-def _bend(columns: Columns, upright: I64, piece: Face, other: Face) -> Bend | None:
+def _bend(columns: Columns, standing: _Standing, piece: Face, other: Face) -> Bend | None:
     """The curved face along two neighbouring pieces and what goes on from there, if there is one."""
     at = np.concatenate([piece.columns, other.columns])
     bend: Bend | None = None
@@ -150,7 +153,7 @@ def _bend(columns: Columns, upright: I64, piece: Face, other: Face) -> Bend | No
             return None
         centre, radius = circle
         inside = bool((piece.normal + other.normal) @ (centre - (piece.centre + other.centre) / 2) > 0)
-        at = _on_circle(columns, upright, centre, radius, inside)
+        at = _on_circle(columns, standing, centre, radius, inside)
         bend, at = _stretch(columns, at, centre, radius, inside, piece)
         if bend is None:
             return None
@@ -168,12 +171,21 @@ def _circle(xy: F64, weight: F64) -> tuple[F64, float] | None:
     return (centre, radius) if RADII[0] < radius < RADII[1] else None
 
 
-def _on_circle(columns: Columns, upright: I64, centre: F64, radius: float, inside: bool) -> I64:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Standing:
+    """Numbers of the upright columns, and their places ``x`` and ``y``; (n,) each."""
+
+    numbers: I64
+    x: F64
+    y: F64
+
+
+def _on_circle(columns: Columns, standing: _Standing, centre: F64, radius: float, inside: bool) -> I64:
     """Upright columns on a circle that were seen from its air."""
-    offset = columns.xy[upright] - centre
-    distance = np.linalg.norm(offset, axis=1)
-    inward = -(columns.view[upright] * offset).sum(1) * (1.0 if inside else -1.0)
-    return upright[(np.abs(distance - radius) < BAND) & (inward > -0.05 * radius)]
+    distance = np.sqrt((standing.x - centre[0]) ** 2 + (standing.y - centre[1]) ** 2)
+    at = standing.numbers[np.abs(distance - radius) < BAND]
+    inward = -(columns.view[at] * (columns.xy[at] - centre)).sum(1) * (1.0 if inside else -1.0)
+    return at[inward > -0.05 * radius]
 
 
 def _stretch(

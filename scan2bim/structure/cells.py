@@ -59,6 +59,8 @@ SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
+Span = tuple[float, float]
+"""From where to where along a face, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,9 +155,10 @@ def _outermost(off: F64, along: F64) -> float:
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
     """Cut the plan by the faces' lines and gather the evidence on cells and edges."""
-    polygons = _cells_between(faces, CAP)
+    spans = _spans(faces)
+    polygons = _cells_between(faces, spans, CAP)
     if _left_out(polygons, plan, score) > LEAST_OPEN:
-        polygons = _cells_between(faces, REACH)
+        polygons = _cells_between(faces, spans, REACH)
     evidence = _area_evidence(polygons, plan, score)
     cell, ends = _oriented_edges(polygons)
     key = _edge_keys(ends)
@@ -166,7 +169,7 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
         if len(order) > 1
         else np.zeros((0, 2), np.int64)
     )
-    seen = _coverage(ends, faces, plan)
+    seen = _coverage(ends, faces, spans, plan)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
     behind = np.maximum(seen.right, BEHIND_GAP * seen.bridged_right)
@@ -176,12 +179,12 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     return Cells(polygons, cell[pair], ends[pair[:, 0]], covered, parted, evidence)
 
 
-def _cells_between(faces: Sequence[Face], cap: float) -> NDArray[np.object_]:
+def _cells_between(faces: Sequence[Face], spans: Sequence[Span], cap: float) -> NDArray[np.object_]:
     """Cells (c,) that the faces' lines close, drawn on past their ends, and cuts of ``cap`` metres at those."""
     reach = [min(REACH, 0.6 + 1.5 * f.length) for f in faces]
     lines = [
         f.centre + np.outer([min(low, f.low - r), max(high, f.high + r)], f.direction)
-        for f, (low, high), r in zip(faces, _spans(faces), reach, strict=True)
+        for f, (low, high), r in zip(faces, spans, reach, strict=True)
     ]
     lines += [c for f in faces for c in _caps(f, cap)]
     noded = shapely.union_all(shapely.linestrings(np.array(lines)), grid_size=1e-6)
@@ -195,7 +198,7 @@ def _left_out(polygons: NDArray[np.object_], plan: Plan, score: NDArray[np.float
     """
     row, col = np.nonzero(score > 0.5)
     middle = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
-    whole = shapely.union_all(polygons, grid_size=1e-6)
+    whole = shapely.coverage_union_all(polygons)
     shapely.prepare(whole)
     out = ~shapely.contains_xy(whole, middle[:, 0], middle[:, 1])
     mask = np.zeros(score.shape, np.uint8)
@@ -260,14 +263,14 @@ class Coverage:
     opaque: NDArray[np.bool_]
 
 
-def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
-    """What the faces cover of each edge; ``ends`` (e, 2, 2)."""
+def _coverage(ends: F64, faces: Sequence[Face], spans: Sequence[Span], plan: Plan) -> Coverage:
+    """What the faces, with their ``spans``, cover of each edge; ``ends`` (e, 2, 2)."""
     middle = ends.mean(1)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
     left, right, bridged, bridged_right = np.zeros((4, len(ends)))
     opaque = np.ones(len(ends), bool)
-    for face, span in zip(faces, _spans(faces), strict=True):
+    for face, span in zip(faces, spans, strict=True):
         on = np.flatnonzero(
             (np.abs((middle - face.centre) @ face.normal) < 2e-4)
             & (np.abs(direction @ face.normal) < 1e-3 + 2e-4 / np.maximum(length, 1e-3))
@@ -295,24 +298,24 @@ def _coverage(ends: F64, faces: Sequence[Face], plan: Plan) -> Coverage:
     return Coverage(left, right, bridged, bridged_right, opaque)
 
 
-def _spans(faces: Sequence[Face]) -> list[tuple[float, float]]:
+def _spans(faces: Sequence[Face]) -> list[Span]:
     """Along each face, from where to where it is to be expected: as far as the other face of its wall was seen.
 
     That is a face that looks the other way from behind it, as near as the two faces of a partition.
     """
-    spans = [(f.low, f.high) for f in faces]
-    normals = np.array([f.normal for f in faces]).reshape(-1, 2)
-    seen = np.array([len(f.columns) > 0 for f in faces], bool)
-    for number, face in enumerate(faces):
-        for k in np.flatnonzero(seen & (normals @ face.normal < -PARALLEL + 1e-9)).tolist():
-            other = faces[k]
-            if len(face.columns) and face.normal @ other.normal < -PARALLEL:
-                ends = other.ends() - face.centre
-                behind, along = -(ends @ face.normal), np.sort(ends @ face.direction)
-                shared = min(along[1], face.high) - max(along[0], face.low)
-                if THIN[0] < behind.min() and behind.max() < THIN[1] and shared > PAIRED:
-                    low, high = spans[number]
-                    spans[number] = min(low, float(along[0])), max(high, float(along[1]))
+    seen = [f for f in faces if len(f.columns)]
+    normals = np.array([f.normal for f in seen]).reshape(-1, 2)
+    ends = np.array([f.ends() for f in seen]).reshape(-1, 2, 2)
+    spans: list[Span] = []
+    for face in faces:
+        low, high = face.low, face.high
+        if len(face.columns):
+            offset = ends[normals @ face.normal < -PARALLEL] - face.centre
+            behind, along = -(offset @ face.normal), np.sort(offset @ face.direction, axis=1)
+            shared = np.minimum(along[:, 1], high) - np.maximum(along[:, 0], low)
+            paired = along[(behind.min(1) > THIN[0]) & (behind.max(1) < THIN[1]) & (shared > PAIRED)]
+            low, high = float(paired[:, 0].min(initial=low)), float(paired[:, 1].max(initial=high))
+        spans.append((low, high))
     return spans
 
 

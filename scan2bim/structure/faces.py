@@ -324,7 +324,9 @@ def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.
             if parent[i] != i:
                 continue
             off = np.abs((ends[i + 1 :] - a.centre) @ a.normal)
-            near = (np.abs(normals[i + 1 :] @ a.normal) > PARALLEL) & (off[:, 0] < 1.5 * BAND) & (off[:, 1] < 1.5 * BAND)
+            near = (
+                (np.abs(normals[i + 1 :] @ a.normal) > PARALLEL) & (off[:, 0] < 1.5 * BAND) & (off[:, 1] < 1.5 * BAND)
+            )
             for j in np.flatnonzero(near) + i + 1:
                 if parent[j] == j and _in_line(a, faces[j]):
                     parent[j] = i

@@ -139,8 +139,8 @@ def _treads(row: I64, col: I64, z: F64, shape: tuple[int, ...]) -> tuple[I64, I6
     size = np.bincount(tread)
     height = np.bincount(tread, weights=z) / np.maximum(size, 1)
     fits = (size * PLAN**2 > SMALLEST_TREAD) & (size * PLAN**2 < LARGEST_TREAD)
-    couples = tread[_pairs(row, col, shape, NEXT)]
-    couples = couples[fits[couples].all(1)]
+    steps = np.flatnonzero(fits[tread])
+    couples = tread[steps[_pairs(row[steps], col[steps], shape, NEXT)]]
     step = np.abs(height[couples[:, 1]] - height[couples[:, 0]])
     couples = couples[(step > LEAST_RISER) & (step < MOST_RISER)]
     count = max(len(size), 1)
@@ -170,14 +170,14 @@ def _over_gaps(runs: list[I64], tread: I64, height: F64, xy: F64) -> list[I64]:
     """Runs of tread numbers, those joined of which one goes on above the other with hidden treads between."""
     runs = sorted(runs, key=lambda run: float(height[run].min()))
     order = np.argsort(tread, kind="stable")
-    of = np.split(order, np.flatnonzero(np.diff(tread[order])) + 1)
-    middle = np.array([xy[at].mean(0) for at in of])
-    size = np.array([np.linalg.norm(xy[at] - m, axis=1).max() for at, m in zip(of, middle, strict=True)])
+    ends = np.searchsorted(tread[order], np.arange(len(height) + 1))
 
     def within(first: int, second: int, reach: float) -> bool:
-        if np.linalg.norm(middle[first] - middle[second]) - size[first] - size[second] > reach:
+        lower, upper = (xy[order[ends[number] : ends[number + 1]]] for number in (first, second))
+        apart = np.maximum(lower.min(0) - upper.max(0), upper.min(0) - lower.max(0))
+        if max(apart) >= reach:
             return False
-        return float(np.linalg.norm(xy[of[first], None] - xy[None, of[second]], axis=2).min()) < reach
+        return float(np.linalg.norm(lower[:, None] - upper[None], axis=2).min()) < reach
 
     for lower, run in enumerate(runs):
         stair = _from_floor(height[run])
