@@ -15,7 +15,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
-from scan2bim.structure.columns import Columns, Grid, gather_columns
+from scan2bim.structure.columns import Columns, Grid, gather_columns, pixels_at
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SOFFIT = 13
@@ -40,6 +40,7 @@ its back.
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
+I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,37 +74,38 @@ class Plan:
 
 def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F64) -> Plan:
     """Rasters of one storey. ``stations`` (s, 3) local positions by station number, nan where unknown."""
-    z = surfels.xyz[layers.order, 2].astype(np.float64)
-    standing, _ = standing_and_hanging(layers)
-    inside = (z > levels.floor - 0.3) & (z < levels.top + 0.1)
-    xy = surfels.xyz[layers.order, :2].astype(np.float64)
-    within = xy[inside]
-    origin = np.floor(within.min(0) / PLAN - 4) * PLAN
-    shape = tuple(np.ceil((within.max(0) - origin) / PLAN).astype(int)[::-1] + 4)
-    pixel = np.floor((xy - origin) / PLAN + 1e-6).astype(np.int64)
-    eyes = _eyes(surfels, layers, stations)
-    eye = eyes[:, 2]
-    on_floor = inside & standing & (np.abs(z - levels.floor) < 0.08)
-    hollow = inside & (layers.below > LOWEST_CEILING) & np.isfinite(layers.below) & (z < levels.top - 0.02)
+    height = surfels.xyz[layers.order, 2].astype(np.float64)
+    here = layers.pick(np.flatnonzero((height > levels.floor - 0.3) & (height < levels.top + 0.1)))
+    xyz = surfels.xyz[here.order].astype(np.float64)
+    z = xyz[:, 2]
+    low, high = (np.array([side(xyz[:, 0]), side(xyz[:, 1])]) for side in (np.min, np.max))
+    origin = np.floor(low / PLAN - 4) * PLAN
+    shape = tuple(np.ceil((high - origin) / PLAN).astype(int)[::-1] + 4)
+    pixel = pixels_at(xyz, origin)
+    standing, _ = standing_and_hanging(here)
+    hollow = (here.below > LOWEST_CEILING) & np.isfinite(here.below) & (z < levels.top - 0.02)
     hollow &= z > levels.floor + LOWEST_CEILING
-    rising = _rising(pixel, z, hollow, shape)
-    overhead = hollow & (_from_below(layers, z, eye) | _sloped(rising))
-    overhead &= ~_outer_roofs(pixel, xy, z, rising, eyes, shape)
-    floor = _mask(pixel[on_floor], shape)
-    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], np.column_stack([xy[overhead], z[overhead]]), shape)
+    eyes, rising = _eyes(surfels, here, stations), _rising(pixel, z, hollow, shape)
+    overhead = hollow & (_from_below(here, z, eyes[:, 2]) | _sloped(rising))
+    overhead &= ~_outer_roofs(pixel, xyz, rising, eyes, shape)
+    floor = _mask(pixel[standing & (np.abs(z - levels.floor) < 0.08)], shape)
+    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], xyz[overhead], shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
-    deep = (
-        standing
-        & ~(eye < levels.floor)
-        & (z < levels.floor - 0.35)
-        & (z + layers.above > levels.floor + HEADROOM)
-        & grid.contains(pixel)
-    )
-    columns = gather_columns(surfels, layers, grid, stations)
-    void = _void(floor, _mask(pixel[deep], shape))
-    columns = _facing(columns, floor, ceiling_z)
+    columns = _facing(gather_columns(surfels, layers, grid, stations), floor, ceiling_z)
+    void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
     return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)
+
+
+def _deep(floor: float, height: F64, surfels: Surfels, layers: Layers, grid: Grid, stations: F64) -> I64:
+    """Pixels (n, 2) of what one could stand on deep under a floor and with nothing between, seen from over the floor
+    or from where nobody knows; ``height`` (z) in layer order.
+    """
+    deep = layers.pick(np.flatnonzero((height < floor - 0.35) & (height + layers.above > floor + HEADROOM)))
+    standing, _ = standing_and_hanging(deep)
+    deep = deep.pick(np.flatnonzero(standing & ~(_eyes(surfels, deep, stations)[:, 2] < floor)))
+    pixel = grid.pixel_of(surfels.xyz[deep.order].astype(np.float64))
+    return pixel[grid.contains(pixel)]
 
 
 def _soffits(height: F32) -> NDArray[np.bool_]:
@@ -198,10 +200,12 @@ def _sloped(rising: F32) -> NDArray[np.bool_]:
 
 
 def _outer_roofs(
-    pixel: NDArray[np.int64], xy: F64, z: F64, rising: F32, eyes: F64, shape: tuple[int, ...]
+    pixel: NDArray[np.int64], xyz: F64, rising: F32, eyes: F64, shape: tuple[int, ...]
 ) -> NDArray[np.bool_]:
     """Surfels of sloped surfaces whose stations (n, 3) stood above their planes: roofs seen from outside."""
-    above = _sloped(rising) & (eyes[:, 2] - z > ((eyes[:, :2] - xy) * rising).sum(1))
+    above = _sloped(rising)
+    away = eyes[above] - xyz[above]
+    above[above] = away[:, 2] > (away[:, :2] * rising[above]).sum(1)
     patch = opened(closed(_mask(pixel[above], shape), 3), SMALLEST_ROOF)
     above[above] = patch[pixel[above, 1], pixel[above, 0]] > 0
     return above

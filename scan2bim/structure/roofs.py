@@ -65,19 +65,40 @@ def find_roofs(plan: Plan, spaces: Sequence[Polygon], crown: float = np.inf) -> 
     """The roof planes over a topmost storey and its spaces, largest first; ``crown`` (z) is the greatest height that
     was seen there.
     """
-    z = plan.overhead_z.astype(np.float64)
     gradient = np.stack([rise(plan.overhead_z, 1), rise(plan.overhead_z, 0)], -1)
-    steep = np.linalg.norm(gradient, axis=-1)
-    free = np.isfinite(z) & np.isfinite(steep) & (steep > SLOPES[0]) & (steep < SLOPES[1])
+    known = np.isfinite(plan.overhead_z)
+    places = _Places(
+        plan.overhead_z[known].astype(np.float64), plan.ceiling_xy[known].astype(np.float64), gradient[known]
+    )
+    steep = np.linalg.norm(places.gradient, axis=1)
+    free = (steep > SLOPES[0]) & (steep < SLOPES[1])
     found: list[tuple[F64, Mask, float]] = []
     while free.sum() * PLAN**2 > SMALLEST:
-        seed = _seed(gradient, z, plan.ceiling_xy, free)
-        plane, on, rms = _fit(z, plan.ceiling_xy, seed)
-        free &= ~(seed | on)
-        region = _largest(on)
-        if rms < FLAT and region.sum() * PLAN**2 > SMALLEST and SLOPES[0] < np.hypot(plane[0], plane[1]) < SLOPES[1]:
-            found.append((plane, region, rms))
+        seed = _seed(places, free)
+        plane, on, rms = _fit(places, seed)
+        free[seed] = free[on] = False
+        if rms < FLAT and SLOPES[0] < np.hypot(plane[0], plane[1]) < SLOPES[1]:
+            region = np.zeros(known.shape, bool)
+            region[known] = on
+            region = _largest(region)
+            if region.sum() * PLAN**2 > SMALLEST:
+                found.append((plane, region, rms))
     return _trimmed(found, plan, _covered(spaces), crown)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """What hangs overhead: heights ``z`` (n,), places ``xy`` (n, 2), metres, and slopes ``gradient`` (n, 2), nan where
+    unknown.
+    """
+
+    z: F64
+    xy: F64
+    gradient: NDArray[np.float32]
+
+    def off(self, plane: F64) -> F64:
+        """Heights (n,) over a plane."""
+        return self.z - (self.xy @ plane[:2] + plane[2])
 
 
 def _covered(spaces: Sequence[Polygon]) -> BaseGeometry:
@@ -96,32 +117,33 @@ def crown_of(plan: Plan, spaces: Sequence[Polygon]) -> float:
     return float(np.percentile(heights, 99.8)) if len(heights) else plan.levels.top
 
 
-def _seed(gradient: NDArray[np.float32], z: F64, xy: NDArray[np.float32], free: Mask) -> Mask:
-    """Places of the commonest slope and the commonest plane of that slope."""
-    g = gradient[free].astype(np.float64)
-    bins = np.floor(g / ALIKE).astype(np.int64)
+def _seed(places: _Places, free: Mask) -> Mask:
+    """Places of the commonest slope and the commonest plane of that slope, among those that are free."""
+    at = np.flatnonzero(free)
+    slopes = places.gradient[at].astype(np.float64)
+    bins = np.floor(slopes / ALIKE).astype(np.int64)
     _, inverse, counts = np.unique(bins, axis=0, return_inverse=True, return_counts=True)
-    mode = np.median(g[inverse.ravel() == counts.argmax()], axis=0)
-    alike = free & (np.abs(gradient - mode) < ALIKE).all(-1)
-    offset = z[alike] - xy[alike].astype(np.float64) @ mode
+    mode = np.median(slopes[inverse.ravel() == counts.argmax()], axis=0)
+    at = at[(np.abs(places.gradient[at] - mode) < ALIKE).all(1)]
+    offset = places.z[at] - places.xy[at] @ mode
     steps = np.floor((offset - offset.min()) / ALIKE).astype(np.int64)
     best = (np.bincount(steps).argmax() + 0.5) * ALIKE + offset.min()
-    seed = np.zeros(z.shape, bool)
-    seed[alike] = np.abs(offset - best) < ALIKE
+    seed = np.zeros(len(free), bool)
+    seed[at] = np.abs(offset - best) < ALIKE
     return seed
 
 
-def _fit(z: F64, xy: NDArray[np.float32], seed: Mask) -> tuple[F64, Mask, float]:
+def _fit(places: _Places, seed: Mask) -> tuple[F64, Mask, float]:
     """The plane (3,) through places, all places on it, and their root mean square distance in height, metres."""
-    rows = np.concatenate([xy.astype(np.float64), np.ones((*z.shape, 1))], -1)
     on = seed
     plane: F64 = np.zeros(3)
     for _ in range(4):
-        plane = np.linalg.lstsq(rows[on], z[on], rcond=None)[0].astype(np.float64)
-        on = np.abs(z - rows @ plane) < BAND
+        rows = np.column_stack([places.xy[on], np.ones(np.count_nonzero(on))])
+        plane = np.linalg.lstsq(rows, places.z[on], rcond=None)[0].astype(np.float64)
+        on = np.abs(places.off(plane)) < BAND
         if on.sum() < 10:
             return plane, seed, np.inf
-    return plane, on, float(np.sqrt(np.mean((z - rows @ plane)[on] ** 2)))
+    return plane, on, float(np.sqrt(np.mean(places.off(plane)[on] ** 2)))
 
 
 def _largest(on: Mask) -> Mask:

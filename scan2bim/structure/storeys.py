@@ -66,8 +66,11 @@ class Layers:
     def between(self, surfels: Surfels, low: float, high: float) -> Layers:
         """Those of surfels whose height is in between; free heights stay those among all."""
         z = surfels.xyz[self.order, 2]
-        keep = (z > low) & (z < high)
-        return Layers(self.order[keep], self.above[keep], self.below[keep])
+        return self.pick(np.flatnonzero((z > low) & (z < high)))
+
+    def pick(self, at: I64) -> Layers:
+        """Those at places in the order; free heights stay those among all."""
+        return Layers(self.order[at], self.above[at], self.below[at])
 
 
 def layers_of(surfels: Surfels) -> Layers:

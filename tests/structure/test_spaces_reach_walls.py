@@ -49,6 +49,5 @@ def test_a_strip_that_another_space_has_stays_its_own():
     assert up_to(held, Bodies.of(ROUND), [strip]) is held
 
 
-
 def test_a_space_of_a_storey_without_walls_stays():
     assert up_to(ROOM, Bodies.of([])) is ROOM
