@@ -1,6 +1,8 @@
-"""The points of one face of a wall: those seen from its side, their distance to its plane, and equalised colours.
+"""One face of a wall from the points near it: those seen from its side, their distance to its plane, and equalised
+colours.
 
-Each pass over the points is one compiled loop: a building has far more points than anything else here.
+Plane, the stations' offsets and their gains are fitted to a sample: a dense scan does not make them better. Then all
+points go to the image in one compiled pass.
 """
 
 from __future__ import annotations
@@ -11,6 +13,9 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from scan2bim.openings.near_points import WallPoints
+from scan2bim.structure.shapes import WallShape
 
 CELL = 0.10
 """Edge, metres, of the cells in which stations are compared."""
@@ -33,11 +38,13 @@ LEAST = 200
 """Points that a face must have to be looked at."""
 NEAREST = 0.25
 """Distance to the face, metres, below which a station does not look at it but along it."""
-ENOUGH = 20_000
-"""Points by which a plane is fitted: with more it does not get better."""
-CLOSE, FINE = 0.01, 0.00005
-"""Distance to the plane, metres, of the points by which a station's offset is taken, and the step of their histogram.
-"""
+ENOUGH = 60_000
+"""Points near a wall by which a face's planes, and its stations' offsets and gains are fitted: noise of 2 mm is then
+0.1 mm for a station that saw a hundredth of them."""
+CLOSE = 0.01
+"""Distance to the plane, metres, of the points by which a station's offset is taken."""
+MODE = 0.002
+"""Step, metres, in which the most frequent depth is looked for."""
 FEWEST = 100
 """Points that an offset needs."""
 DARKEST = 4
@@ -51,10 +58,41 @@ F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FacePoints:
-    """Points seen from one side of a wall: ``along`` and ``up`` (n,) metres, ``depth`` (n,) metres from the face, into
-    the room positive; ``rgb`` (n, 3) uint8; ``slot`` (n,) uint16 the place of the point's station among the ``slots``
-    stations that saw the face.
+class View:
+    """From where a face is seen: its side's ``sign`` across the wall, ``half`` of the wall's thickness; ``places``
+    (s, 3) of the stations along the wall, ahead of the face and over the base, metres, nan where unknown.
+    """
+
+    sign: float
+    half: float
+    places: F64
+
+    @staticmethod
+    def of(wall: WallShape, sign: float, stations: F64) -> View:
+        """Of the face on a wall's left (sign 1) or right; ``stations`` (s, 3) are positions."""
+        along, left = wall.locate(stations[:, :2])
+        half = wall.thickness / 2
+        return View(sign, half, np.column_stack([along, left * sign - half, stations[:, 2] - wall.base]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adjustment:
+    """What makes a face's points comparable. Each part (p) between two of its ``breaks`` (p - 1,), metres along, has a
+    plane: ``planes`` (p, 3) its depth at the wall's start and base and its slopes along and up, nan where too little
+    was seen. ``offsets`` (p, s) metres of each station from there; ``colours`` (s, 3, 256) 0-1 by station, channel and
+    value, each station's exposure and white balance taken out.
+    """
+
+    breaks: F64
+    planes: F64
+    offsets: F32
+    colours: F32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """Of the points of a face: ``along``, ``up`` (n,), ``depth`` (n,) metres from the face, into the room positive;
+    ``rgb`` (n, 3) uint8; ``slot`` (n,) uint16 the place of the point's station in ``stations`` (k,); ``part`` (n,).
     """
 
     along: F32
@@ -62,80 +100,74 @@ class FacePoints:
     depth: F32
     rgb: NDArray[np.uint8]
     slot: NDArray[np.uint16]
-    slots: int
+    stations: NDArray[np.int32]
+    part: NDArray[np.int64]
 
-    def __len__(self) -> int:
-        return len(self.along)
+
+def adjusted(points: WallPoints, view: View, breaks: Sequence[float]) -> Adjustment:
+    """Planes, offsets and colours of a face, from a sample of the ``points`` near its wall."""
+    step = max(1, len(points.along) // ENOUGH)
+    across = (points.across, points.up, points.rgb, points.station)
+    seen = seen_from(points.along, *across, view.places, view.sign, np.float32(view.half), step)
+    at = np.array(breaks, np.float64)
+    sample = _Sample(*seen, np.searchsorted(at, seen[0]))
+    planes = _planes(sample, len(at) + 1, LEAST // step)
+    offsets = np.zeros((len(planes), len(view.places)), np.float32)
+    offsets[:, sample.stations] = _offsets(sample, planes)
+    return Adjustment(at, planes, offsets, _colours(sample, len(view.places)))
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _looks(place, along, across, up, sign):  # pyright: ignore
+    """Whether a station at ``place`` (3,) sees a point from its side ``sign``, not too much at a slant; one whose place
+    is unknown (nan) sees what lies on that side.
+    """
+    ahead = place[1]
+    if ahead > NEAREST:
+        aside, lift = place[0] - along, place[2] - up
+        return aside * aside + lift * lift < (STEEPEST**2 - 1) * ahead * ahead
+    return np.isnan(ahead) and across * sign > 0
 
 
 @nb.njit(cache=True, nogil=True)
-def seen_from(along, across, up, rgb, station, places, sign, half):  # pyright: ignore
-    """Of the points near a wall those that were seen from its side ``sign``, not too much at a slant: along, up, depth
-    (n,), colour (n, 3), slot (n,), and how many slots there are.
-
-    ``places`` (s, 3) are the stations along the wall, ahead of the face and over the base, metres. Points of an unknown
-    station (nan) count for the side that they lie on.
+def seen_from(along, across, up, rgb, station, places, sign, half, step):  # pyright: ignore
+    """Of every ``step``-th of the points near a wall those that were seen from its side ``sign``: along, up, depth
+    (n,), colour (n, 3), slot (n,), and the station of each slot (k,).
     """
-    rows = np.empty(along.shape[0], np.int32)
-    used = 0
-    steep = STEEPEST**2 - 1
-    for i in range(along.shape[0]):
-        s = station[i]
-        ahead = places[s, 1]
-        if np.isnan(ahead):
-            keep = across[i] * sign > 0
-        elif ahead > NEAREST:
-            aside = places[s, 0] - along[i]
-            lift = places[s, 2] - up[i]
-            keep = aside * aside + lift * lift < steep * ahead * ahead
-        else:
-            keep = False
-        rows[used] = i
-        used += keep
+    most = (along.shape[0] + step - 1) // step
     slot_of = np.full(places.shape[0], -1, np.int32)
-    slots = 0
-    along_out, up_out = np.empty(used, np.float32), np.empty(used, np.float32)
-    depth, colour = np.empty(used, np.float32), np.empty((used, 3), np.uint8)
-    slot = np.empty(used, np.uint16)
-    for k in range(used):
-        i = rows[k]
+    stations = np.empty(places.shape[0], np.int32)
+    along_out, up_out = np.empty(most, np.float32), np.empty(most, np.float32)
+    depth, colour = np.empty(most, np.float32), np.empty((most, 3), np.uint8)
+    slot = np.empty(most, np.uint16)
+    slots, used = 0, 0
+    for i in range(0, along.shape[0], step):
         s = station[i]
+        if not _looks(places[s], along[i], across[i], up[i], sign):
+            continue
         if slot_of[s] < 0:
             slot_of[s] = slots
+            stations[slots] = s
             slots += 1
-        slot[k] = slot_of[s]
-        along_out[k] = along[i]
-        up_out[k] = up[i]
-        depth[k] = across[i] * np.float32(sign) - half
-        colour[k, 0], colour[k, 1], colour[k, 2] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
-    return along_out, up_out, depth, colour, slot, slots
+        slot[used] = slot_of[s]
+        along_out[used] = along[i]
+        up_out[used] = up[i]
+        depth[used] = across[i] * np.float32(sign) - half
+        colour[used, 0], colour[used, 1], colour[used, 2] = rgb[i, 0], rgb[i, 1], rgb[i, 2]
+        used += 1
+    return along_out[:used], up_out[:used], depth[:used], colour[:used], slot[:used], stations[:slots]
 
 
-def level(points: FacePoints, breaks: Sequence[float]) -> None:
-    """Make the depths distances to the plane fitted to the face's own points, each station's small offset taken off;
-    between two ``breaks`` (metres along) the face has a plane of its own. In place.
-    """
-    part = _parts(points.along, np.array(breaks, np.float64))
-    near, wide = _counted(part, points.depth, len(breaks) + 1)
-    off = near < 0.2 * wide
-    used = np.where(off, wide, near)
-    band = np.where(off, OFF_PLANE, ON_PLANE).astype(np.float32)
-    rows, ends = _some(part, points.depth, band, np.maximum(1, used // ENOUGH), used)
-    planes = np.full((len(used), 3), np.nan)
-    for k in np.flatnonzero(used >= LEAST).tolist():
-        at = rows[ends[k] : ends[k + 1]]
-        planes[k] = _plane(points.along[at], points.up[at], points.depth[at])
-    _flatten(points.along, points.up, points.depth, points.slot, points.slots, part, planes)
-
-
-@nb.njit(cache=True, nogil=True)
-def _parts(along, breaks):  # pyright: ignore
-    """The number of ``breaks`` (b,) before each place (n,)."""
-    out = np.zeros(along.shape[0], np.int32)
-    for place in breaks:
-        for i in range(along.shape[0]):
-            out[i] += along[i] > place
-    return out
+def _planes(sample: _Sample, parts: int, least: int) -> F64:
+    """The plane of each part (p, 3), nan where fewer than ``least`` of the sample lie near it."""
+    planes = np.full((parts, 3), np.nan)
+    for k in range(parts):
+        here = np.flatnonzero((np.abs(sample.depth) < OFF_PLANE) & (sample.part == k))
+        near = here[np.abs(sample.depth[here]) < ON_PLANE]
+        rows = near if len(near) >= 0.2 * len(here) else here
+        if len(rows) >= max(least, 1):
+            planes[k] = _plane(sample.along[rows], sample.up[rows], sample.depth[rows])
+    return planes
 
 
 def _plane(along: F32, up: F32, depth: F32) -> F64:
@@ -152,41 +184,9 @@ def _plane(along: F32, up: F32, depth: F32) -> F64:
 
 def _mode(depth: F32) -> float:
     """The most frequent depth: middle of the fullest 6 mm."""
-    counts, edges = np.histogram(depth, np.arange(-OFF_PLANE, OFF_PLANE + 0.001, 0.002))
-    best = int(np.argmax(np.convolve(counts, np.ones(3), mode="same")))
-    return float(edges[best] + edges[best + 1]) / 2
-
-
-@nb.njit(cache=True, nogil=True)
-def _counted(part, depth, parts):  # pyright: ignore
-    """Points of each part of a face (p,) that lie near it, and within OFF_PLANE of it."""
-    near, wide = np.zeros(parts, np.int64), np.zeros(parts, np.int64)
-    for i in range(part.shape[0]):
-        away = abs(depth[i])
-        near[part[i]] += away < np.float32(ON_PLANE)
-        wide[part[i]] += away < np.float32(OFF_PLANE)
-    return near, wide
-
-
-@nb.njit(cache=True, nogil=True)
-def _some(part, depth, band, step, count):  # pyright: ignore
-    """Every ``step``-th (p,) of the ``count`` points (p,) of each part within its ``band`` (p,) of the face: rows (m,)
-    and where those of each part begin (p + 1,).
-    """
-    parts = len(band)
-    ends = np.zeros(parts + 1, np.int64)
-    for k in range(parts):
-        ends[k + 1] = ends[k] + (count[k] + step[k] - 1) // step[k]
-    rows = np.empty(ends[-1], np.int64)
-    at, seen = ends[:-1].copy(), np.zeros(parts, np.int64)
-    for i in range(part.shape[0]):
-        k = part[i]
-        if abs(depth[i]) < band[k]:
-            if seen[k] % step[k] == 0:
-                rows[at[k]] = i
-                at[k] += 1
-            seen[k] += 1
-    return rows, ends
+    bins = np.floor((depth[np.abs(depth) < OFF_PLANE] + OFF_PLANE) / MODE).astype(np.int64)
+    counts = np.bincount(bins, minlength=3)
+    return float((np.argmax(np.convolve(counts, np.ones(3), mode="same")) + 0.5) * MODE - OFF_PLANE)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -212,53 +212,34 @@ def _equations(along, up, depth, plane, band):  # pyright: ignore
     return count, normal, right
 
 
-@nb.njit(cache=True, nogil=True)
-def _flatten(along, up, depth, slot, slots, part, planes):  # pyright: ignore
-    """Take the plane of its part (p, 3), and its station's median distance to that, off each depth; nan for none."""
-    bins = int(2 * CLOSE / FINE)
-    counts = np.zeros((planes.shape[0], slots, bins), np.int32)
-    for i in range(along.shape[0]):
-        k = part[i]
-        if not np.isnan(planes[k, 0]):
-            depth[i] = depth[i] - (planes[k, 0] + along[i] * planes[k, 1] + up[i] * planes[k, 2])
-            if abs(depth[i]) < CLOSE:
-                counts[k, slot[i], min(int((depth[i] + CLOSE) / FINE), bins - 1)] += 1
-    offset = np.zeros((planes.shape[0], slots), np.float32)
-    for k in range(planes.shape[0]):
-        for s in range(slots):
-            offset[k, s] = _offset(counts[k, s])
-    for i in range(along.shape[0]):
-        depth[i] -= offset[part[i], slot[i]]
+def _offsets(sample: _Sample, planes: F64) -> F32:
+    """Each station's median distance to the plane of each part (p, k), as far as it is an error of registration."""
+    plane = planes[sample.part]
+    away = sample.depth - (plane[:, 0] + sample.along * plane[:, 1] + sample.up * plane[:, 2])
+    out = np.zeros((len(planes), len(sample.stations)), np.float32)
+    near = np.abs(away) < CLOSE
+    for k, slot in np.ndindex(out.shape):
+        here = away[near & (sample.part == k) & (sample.slot == slot)]
+        if len(here) > FEWEST:
+            out[k, slot] = np.clip(np.median(here), -WORST_OFFSET, WORST_OFFSET)
+    return out
 
 
-@nb.njit(cache=True, nogil=True)
-def _offset(counts):  # pyright: ignore
-    """The median of a histogram of distances (n,), metres, as far as it is an error of registration."""
-    total = counts.sum()
-    if total <= FEWEST:
-        return 0.0
-    below = 0
-    k = 0
-    while below + counts[k] < total / 2:
-        below += counts[k]
-        k += 1
-    median = (k + (total / 2 - below) / counts[k]) * FINE - CLOSE
-    return min(max(median, -WORST_OFFSET), WORST_OFFSET)
-
-
-def equalised(points: FacePoints) -> F32:
-    """Colours 0-1 by slot, channel and value (slots, 3, 256), each station's exposure and white balance taken out.
+def _colours(sample: _Sample, stations: int) -> F32:
+    """Colours 0-1 by station, channel and value (s, 3, 256).
 
     The gains, one for each station and channel, make the stations agree in the cells that several of them saw; where
     none overlap they stay near 1.
     """
     logs = np.log(np.maximum(np.arange(256), DARKEST).astype(np.float32) / np.float32(255))
-    gains = np.zeros((points.slots, 3))
-    if points.slots > 1:
-        keys, counts, means = _cell_means(points.along, points.up, points.rgb, points.slot, points.slots, logs)
-        cell, slot = keys // points.slots, keys % points.slots
-        gains = _gains(_numbered(cell), slot, np.minimum(counts, HEAVIEST).astype(np.float64), means, points.slots)
-    return np.clip(np.exp(logs - gains.astype(np.float32)[..., None]), 0, 1).astype(np.float32)
+    colours = np.broadcast_to(np.exp(logs), (stations, 3, 256)).copy()
+    slots = len(sample.stations)
+    if slots > 1:
+        keys, counts, means = _cell_means(sample.along, sample.up, sample.rgb, sample.slot, slots, logs)
+        cell, slot = keys // slots, keys % slots
+        gains = _gains(_numbered(cell), slot, np.minimum(counts, HEAVIEST).astype(np.float64), means, slots)
+        colours[sample.stations] = np.clip(np.exp(logs - gains.astype(np.float32)[..., None]), 0, 1)
+    return colours
 
 
 def _numbered(cell: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -321,23 +302,40 @@ def _gains(cell, slot, weight, means, slots):  # pyright: ignore
     return gains
 
 
-@nb.njit(cache=True, nogil=True)
-def splat(along, up, depth, rgb, slot, colours, shape, scale):  # pyright: ignore
+def splat(
+    points: WallPoints, view: View, adjustment: Adjustment, shape: tuple[int, int], pixel: float
+) -> tuple[NDArray[np.int32], F32, F32]:
     """Points a pixel (r, c), and means of their red, green and blue (r, c, 3) and of their depth (r, c)."""
+    across = (points.across, points.up, points.rgb, points.station)
+    seen = (points.along, *across, view.places, view.sign, view.half)
+    a = adjustment
+    return _splat(*seen, a.breaks, a.planes, a.offsets, a.colours, shape, np.float32(1 / pixel))
+
+
+@nb.njit(cache=True, nogil=True)
+def _splat(along, across, up, rgb, station, places, sign, half, breaks, planes, offsets, colours, shape, scale):  # pyright: ignore
+    """As ``splat``."""
     rows, cols = shape
     sums = np.zeros((rows, cols, 4), np.float32)  # side by side: each point goes to one place in memory
     count = np.zeros(shape, np.int32)
     for i in range(along.shape[0]):
+        s = station[i]
         r = int(np.floor(up[i] * scale))
         c = int(np.floor(along[i] * scale))
-        if r < 0 or r >= rows or c < 0 or c >= cols:
+        if r < 0 or r >= rows or c < 0 or c >= cols or not _looks(places[s], along[i], across[i], up[i], sign):
             continue
+        k = 0
+        while k < breaks.shape[0] and along[i] > breaks[k]:
+            k += 1
+        depth = across[i] * sign - half
+        if not np.isnan(planes[k, 0]):
+            depth -= planes[k, 0] + along[i] * planes[k, 1] + up[i] * planes[k, 2] + offsets[k, s]
         count[r, c] += 1
-        here, colour, value = sums[r, c], colours[slot[i]], rgb[i]
+        here, colour, value = sums[r, c], colours[s], rgb[i]
         here[0] += colour[0, value[0]]
         here[1] += colour[1, value[1]]
         here[2] += colour[2, value[2]]
-        here[3] += depth[i]
+        here[3] += depth
     mean, deep = np.empty((rows, cols, 3), np.float32), np.empty(shape, np.float32)
     for r in range(rows):
         for c in range(cols):

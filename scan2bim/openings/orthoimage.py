@@ -17,8 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, seen_through
-from scan2bim.geometry.raster import nearest_labels
-from scan2bim.openings.face_points import LEAST, NEAREST, STEEPEST, FacePoints, equalised, level, seen_from, splat
+from scan2bim.openings.face_points import LEAST, NEAREST, STEEPEST, View, adjusted, splat
 from scan2bim.openings.near_points import BAND, WallPoints
 from scan2bim.structure.shapes import SpaceShape, WallShape
 
@@ -74,20 +73,12 @@ def orthoimage(
     """One face's image; None where too little of it was seen. ``stations`` (s, 3) positions, nan where unknown;
     ``breaks`` the places along the wall, metres, where one space ends and the next begins: the face may step there.
     """
-    along, left = wall.locate(stations[:, :2])
-    places = np.column_stack([along, left * _sign(side) - wall.thickness / 2, stations[:, 2] - wall.base])
-    across = (points.across, points.up, points.rgb, points.station)
-    half = np.float32(wall.thickness / 2)
-    seen = FacePoints(*seen_from(points.along, *across, places, _sign(side), half))
-    if len(seen) < LEAST:
+    view = View.of(wall, _sign(side), stations)
+    shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(wall.length / PIXEL))))
+    count, rgb, depth = splat(points, view, adjusted(points, view, breaks), shape, PIXEL)
+    if count.sum() < LEAST:
         return None
-    level(seen, breaks)
-    length = wall.length
-    shape = (max(1, int(np.ceil((wall.top - wall.base) / PIXEL))), max(1, int(np.ceil(length / PIXEL))))
-    count, rgb, depth = splat(
-        seen.along, seen.up, seen.depth, seen.rgb, seen.slot, equalised(seen), shape, np.float32(1 / PIXEL)
-    )
-    known = _fill(count, rgb, depth)
+    known = _filled(count, rgb, depth, round(FILL / PIXEL))
     labels = _all_labels(wall, side, shape, panoramas)
     return Orthoimage(side, np.minimum(count, 65_535).astype(np.uint16), rgb, depth, known, *labels)
 
@@ -119,31 +110,35 @@ def breaks_of(wall: WallShape, side: Side, spaces: Sequence[SpaceShape]) -> list
     return [(a[1] + b[0]) / 2 for a, b in itertools.pairwise(spans)]
 
 
-def _fill(count: NDArray[np.int32], rgb: F32, depth: F32) -> NDArray[np.bool_]:
-    """Give pixels without points the values of the nearest one, in place; and tell where it is within FILL."""
-    measured = count > 0
-    if not measured.any():
-        return measured
-    return _taken(measured, nearest_labels(measured), rgb, depth, (FILL / PIXEL) ** 2 + 1e-6)
-
-
 @nb.njit(cache=True, nogil=True)
-def _taken(measured, labels, rgb, depth, farthest):  # pyright: ignore
-    """Values from the measured pixel of each label (r, c), in place; and whether it is near: squared pixels."""
-    rows, cols = labels.shape
-    source = np.zeros((labels.max() + 1, 2), np.int32)
+def _filled(count, rgb, depth, reach):  # pyright: ignore
+    """Give pixels without points (r, c) the values of the nearest one with points, if it is within ``reach`` pixels; in
+    place. Gives where the values are known.
+    """
+    rows, cols = count.shape
+    known = count > 0
+    far = reach + 1
+    last = np.full(cols, far, np.int32)  # rows down to the nearest pixel with points in the column, far if none is near
+    above = np.full((rows, cols), far, np.uint8)  # rows up to it
+    for r in range(rows - 1, -1, -1):
+        for c in range(cols):
+            above[r, c] = 0 if count[r, c] > 0 else min(above[r + 1, c] + 1, far) if r + 1 < rows else far
     for r in range(rows):
         for c in range(cols):
-            if measured[r, c]:
-                source[labels[r, c], 0], source[labels[r, c], 1] = r, c
-    known = measured.copy()
-    for r in range(rows):
+            last[c] = 0 if count[r, c] > 0 else min(last[c] + 1, far)
         for c in range(cols):
-            if not measured[r, c]:
-                row, col = source[labels[r, c]]
-                known[r, c] = (row - r) ** 2 + (col - c) ** 2 <= farthest
-                rgb[r, c, 0], rgb[r, c, 1], rgb[r, c, 2] = rgb[row, col, 0], rgb[row, col, 1], rgb[row, col, 2]
+            if count[r, c] > 0:
+                continue
+            best, row, col = reach * reach + 1, -1, -1
+            for k in range(max(c - reach, 0), min(c + reach + 1, cols)):
+                up = min(last[k], above[r, k])
+                away = up * up + (k - c) * (k - c)
+                if up < far and away < best:
+                    best, row, col = away, r - up if last[k] <= above[r, k] else r + up, k
+            if row >= 0:
+                known[r, c] = True
                 depth[r, c] = depth[row, col]
+                rgb[r, c, 0], rgb[r, c, 1], rgb[r, c, 2] = rgb[row, col, 0], rgb[row, col, 1], rgb[row, col, 2]
     return known
 
 
