@@ -118,7 +118,8 @@ def _filled(count, rgb, depth, reach):  # pyright: ignore
     rows, cols = count.shape
     known = count > 0
     far = reach + 1
-    last = np.full(cols, far, np.int32)  # rows down to the nearest pixel with points in the column, far if none is near
+    last = np.full(cols, far, np.int64)  # rows down to the nearest pixel with points in the column, far if none is near
+    near = np.empty(cols, np.int64)  # rows up or down to it
     above = np.full((rows, cols), far, np.uint8)  # rows up to it
     for r in range(rows - 1, -1, -1):
         for c in range(cols):
@@ -126,16 +127,20 @@ def _filled(count, rgb, depth, reach):  # pyright: ignore
     for r in range(rows):
         for c in range(cols):
             last[c] = 0 if count[r, c] > 0 else min(last[c] + 1, far)
-        for c in range(cols):
-            if count[r, c] > 0:
+            near[c] = min(last[c], above[r, c])
+        newest = -far  # the last column, up to c + reach, in which one is near
+        for c in range(-reach, cols):
+            if c + reach < cols and near[c + reach] < far:
+                newest = c + reach
+            if c < 0 or near[c] == 0 or newest < c - reach:
                 continue
-            best, row, col = reach * reach + 1, -1, -1
+            best, col = reach * reach + 1, -1
             for k in range(max(c - reach, 0), min(c + reach + 1, cols)):
-                up = min(last[k], above[r, k])
-                away = up * up + (k - c) * (k - c)
-                if up < far and away < best:
-                    best, row, col = away, r - up if last[k] <= above[r, k] else r + up, k
-            if row >= 0:
+                away = near[k] * near[k] + (k - c) * (k - c)
+                if near[k] < far and away < best:
+                    best, col = away, k
+            if col >= 0:
+                row = r - last[col] if last[col] <= above[r, col] else r + near[col]
                 known[r, c] = True
                 depth[r, c] = depth[row, col]
                 rgb[r, c, 0], rgb[r, c, 1], rgb[r, c, 2] = rgb[row, col, 0], rgb[row, col, 1], rgb[row, col, 2]
