@@ -75,7 +75,7 @@ def find_structure(
 
 def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[float], None]) -> StructureShape:
     """Storeys, each with its spaces and walls."""
-    layers = layers_of(scene.surfels)
+    layers = layers_of(scene.surfels, scene.stations)
     levels = find_storeys(scene.surfels, layers, scene.stations)
     if not levels:
         raise PrecheckError(
@@ -83,7 +83,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
             "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the "
             "files."
         )
-    doubtful = layers_of(scene.doubtful)
+    doubtful = layers_of(scene.doubtful, scene.stations)
     faces: list[Face] = []
     depths: list[float] = []
     soles: list[list[SoleFace]] = []

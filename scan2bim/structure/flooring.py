@@ -29,14 +29,16 @@ CLEAR = 0.3
 """Metres above the floor in which nothing lies: else it is the lower edge of something that stands there."""
 RAISED = 0.004
 """Metres by which one floor lies higher than the other at least: four times a scanner's noise once averaged."""
-TINTED = 0.25
-"""Least difference of tint (natural logarithm of a ratio of two colours): lamps and white balance differ by less."""
+TINTED = 0.35
+"""Least difference of tint (natural logarithm of a ratio of two colours): lamps, white balance, and woods among each
+other differ by less.
+"""
 DARK = 25
 """Colour values below which a tint is noise."""
 EVEN = 0.25
 """Largest spread (standard deviation) of each floor, of the difference between both."""
-SMALLEST_PART = 4.0
-"""Square metres of the smallest part: less are mats and thresholds."""
+SMALLEST_PART = 6.0
+"""Square metres of the smallest part: less are wet zones of bathrooms, entrances and mats, no rooms of their own."""
 NARROWEST = 1.3
 """Width, metres, of the narrowest part: less are skirtings, hearths and strips before windows."""
 PURE = 0.85

@@ -22,6 +22,8 @@ them.
 """
 HEADROOM = 1.5
 """Clear height above a floor, metres: less is furniture or a void."""
+SPLIT = 0.03
+"""Metres up to which two surfels one above the other are one level surface: its noise."""
 TALLEST = 9.0
 """Clear height, metres, above which a ceiling is not that of the floor below (then it is open air or another building).
 """
@@ -56,12 +58,14 @@ class StoreyLevels:
 @dataclass(frozen=True, slots=True, eq=False)
 class Layers:
     """Surfels sorted into plan columns of 5 cm, bottom up. ``order`` sorts surfels; ``above`` and ``below`` (n,) are
-    the free heights to the next surfel in the column, in that order, inf where there is none.
+    the free heights to the next surfel in the column, in that order, inf where there is none; ``side`` (n,) int8 is 1
+    where the station stood above the surfel, -1 where below, 0 where that is unknown.
     """
 
     order: I64
     above: F64
     below: F64
+    side: NDArray[np.int8]
 
     def between(self, surfels: Surfels, low: float, high: float) -> Layers:
         """Those of surfels whose height is in between; free heights stay those among all."""
@@ -70,19 +74,26 @@ class Layers:
 
     def pick(self, at: I64) -> Layers:
         """Those at places in the order; free heights stay those among all."""
-        return Layers(self.order[at], self.above[at], self.below[at])
+        return Layers(self.order[at], self.above[at], self.below[at], self.side[at])
 
 
-def layers_of(surfels: Surfels) -> Layers:
-    """Sort surfels into plan columns and measure the free height above and below each."""
+def layers_of(surfels: Surfels, stations: F64 | None = None) -> Layers:
+    """Sort surfels into plan columns and measure the free height above and below each. ``stations`` (s, 3) positions,
+    nan where unknown.
+    """
     if len(surfels) == 0:
-        return Layers(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+        return Layers(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, np.int8))
     z = surfels.xyz[:, 2]
     column = _plan_columns(surfels)
     order = np.argsort(column << 32 | _rank(z), kind="stable")
     gap = np.diff(z[order].astype(np.float64))
     gap[np.diff(column[order]) != 0] = np.inf
-    return Layers(order, np.append(gap, np.inf), np.insert(gap, 0, np.inf))
+    side = np.zeros(len(z), np.int8)
+    if stations is not None:
+        station = surfels.station[order]
+        known = station < len(stations)
+        side[known] = np.nan_to_num(np.sign(stations[station[known], 2] - z[order][known]))
+    return Layers(order, np.append(gap, np.inf), np.insert(gap, 0, np.inf), side)
 
 
 def _plan_columns(surfels: Surfels) -> I64:
@@ -146,11 +157,14 @@ def _unseen_floors(storeys: Sequence[StoreyLevels], stations: F64) -> list[float
 def standing_and_hanging(layers: Layers) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which surfels (in layer order) can be stood on and which hang overhead.
 
-    What has clear height both above it and below it, with something under that, hangs: of a floor between two storeys
-    that were both scanned, the underside would have been seen close below.
+    A ceiling was seen from below, a floor from above. Where stations are not known, what has clear height both above it
+    and below it, with something under that, hangs: of a floor between two storeys that were both scanned, the underside
+    would have been seen close below. A surface on the border of two voxels comes as two surfels, of which the upper one
+    hangs over what the lower one hangs over.
     """
-    hanging = (layers.below > HEADROOM) & np.isfinite(layers.below)
-    return (layers.above > HEADROOM) & ~(hanging & (layers.below < TALLEST)), hanging
+    below = np.where(layers.below < SPLIT, np.roll(layers.below, 1), layers.below)
+    hanging = (below > HEADROOM) & np.isfinite(below) & (layers.side <= 0)
+    return (layers.above > HEADROOM) & ~(hanging & (below < TALLEST)) & (layers.side >= 0), hanging
 
 
 def _area(mask: NDArray[np.bool_]) -> float:

@@ -88,3 +88,15 @@ def test_stations_over_a_ceiling_stand_in_a_storey_whose_floor_was_not_seen() ->
     assert high.floor == pytest.approx(2.7, abs=0.1)
     assert low.top == high.floor
     assert len(storeys(*room(0, 0, 6, 5), *attic, stations=eyes[:2])) == 1
+
+
+def test_a_ceiling_with_much_room_above_it_is_no_storey_though_it_lies_on_the_border_of_two_voxels() -> None:
+    (upper_floor,) = [level(0, 0, 6, 5, 4.2)]
+    low = [*room(0, 0, 6, 5, 0.0, 2.5), level(0, 0, 6, 5, 2.506)]
+    high = [upper_floor, level(0, 0, 6, 5, 6.7)]
+    surfels = surfels_of(np.concatenate([*low, *high]), np.repeat([0, 1], [sum(map(len, p)) for p in (low, high)]))
+    for eyes in (np.array([[2.0, 2.0, 1.6], [2.0, 2.0, 5.8]]), NOWHERE):
+        found = find_storeys(surfels, layers_of(surfels, eyes), eyes)
+        assert [s.floor for s in found] == pytest.approx([0.0, 4.2][: len(found)], abs=0.003)
+    found = find_storeys(surfels, layers_of(surfels, np.array([[2.0, 2.0, 1.6], [2.0, 2.0, 5.8]])), NOWHERE)
+    assert len(found) == 2
