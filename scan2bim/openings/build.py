@@ -19,7 +19,7 @@ from scan2bim.openings.closed.find import closed_doors, closed_openings, faces_o
 from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
-from scan2bim.openings.door_frames import with_frame
+from scan2bim.openings.door_frames import with_frame, with_pane
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
 from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
@@ -118,7 +118,7 @@ def openings_of(
         else:
             images = [face.image for face in faces]
             hung = [with_lining(with_leaf(o, near.wall, scene.surfels, index), images) for o in seen]
-            hung = [with_frame(o, near.wall, faces, near.points) for o in hung]
+            hung = [with_frame(with_pane(o, near.wall, faces), near.wall, faces, near.points) for o in hung]
             found += [*hung, *closed_openings(near.storey, near.place, near.wall, faces, near.points)]
     walls = [storey.walls for storey in structure.storeys]
     return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]
