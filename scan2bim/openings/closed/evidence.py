@@ -70,13 +70,11 @@ class FaceEvidence:
     was seen. seen: share of the rectangle
     with data. recess: metres by which its inside lies behind the wall beside it (negative: before it), nan where
     unseen. colour: difference of inside and beside,
-    0-1. trim: metres by which a strip round it stands out, on
-    two sides of three at least. beyond: share of its sides' lines that go on above the head.
+    0-1. trim: metres by which a strip round it stands out. beyond: share of its sides' lines that go on above the head.
     foot: share of discontinuities in the lowest 40 cm of its sides. handle: height over the base, metres, None where
     none was seen, and handle_side of the leaf. through: share that stations looked through. dominant: share of its most
     frequent depth. whole: share of its columns that have one depth and colour. lintel, flank: share of wall, seen in
-    its plane, above the head and beside. flanked: the latter on the side where it is more, since beside a door may be a
-    window, furniture or a corner. onward: share of the head's line that goes on beyond one of the sides. loose:
+    its plane, above the head and beside. onward: share of the head's line that goes on beyond one of the sides. loose:
     whether the outline may lie at another place than on the other face.
     """
 
@@ -98,7 +96,6 @@ class FaceEvidence:
     whole: float
     lintel: float
     flank: float
-    flanked: float
     onward: float
     loose: bool
 
@@ -123,7 +120,7 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     image, told = face.image, (box.left, box.right, box.top)
     outline = _outline(*_lines(face), *told, SLACK)
     surface = _surface(image.depth, image.known, image.rgb, *told)
-    seen, wall, leaf, colour, dominant, lintel, flank, flanked = surface
+    seen, wall, leaf, colour, dominant, lintel, flank = surface
     beyond, foot, onward = _around(*_lines(face), *told, SLACK)
     trim, whole = _strips(image.count, image.rgb, image.depth, *told, wall, leaf)
     height, at = _handle(image.depth, image.count, *told, leaf)
@@ -143,7 +140,6 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
         whole,
         lintel,
         flank,
-        flanked,
         onward,
         False,
     )
@@ -194,7 +190,7 @@ def _outline(rising, falling, seen, rising_heads, falling_heads, seen_heads, lef
 @nb.njit(cache=True, nogil=True)
 def _surface(depth, known, rgb, left, right, top):  # pyright: ignore
     """Share of the rectangle that is known; depth of the wall beside it and of its inside; difference of their colours;
-    share of the inside that has its depth; share of wall above the head, beside, and on the better of both sides.
+    share of the inside that has its depth; share of wall above the head and beside.
     """
     inner = window(depth.shape, left + INSET, right - INSET, FOOT, top - INSET)
     start = window(depth.shape, left - FLANK[1], left - FLANK[0], FOOT, top)
@@ -211,7 +207,6 @@ def _surface(depth, known, rgb, left, right, top):  # pyright: ignore
         share_near(inside, leaf, SAME_DEPTH),
         share_level(depth, known, above, wall, SKIN) if above[1] - above[0] >= 4 else 0.0,
         share_near(np.concatenate((beside, behind)), wall, SKIN),
-        max(share_near(beside, wall, SKIN), share_near(behind, wall, SKIN)),
     )
 
 
@@ -244,16 +239,15 @@ def _around(rising, falling, seen, rising_heads, falling_heads, seen_heads, left
 
 @nb.njit(cache=True, nogil=True)
 def _strips(count, rgb, depth, left, right, top, wall, leaf):  # pyright: ignore
-    """Metres by which strips at left, right and head stand out from the wall, of the three the middle: one may lie in a
-    corner or be hidden; and share of the columns inside that have the leaf's depth and colour.
+    """Least metres by which strips at left, right and head stand out from the wall; and share of the columns inside
+    that have the leaf's depth and colour.
     """
     size = depth.shape
     start = columns(count, rgb, depth, *window(size, left - SHADOW, left + TRIM, FOOT, top - TRIM))
     end = columns(count, rgb, depth, *window(size, right - TRIM, right + SHADOW, FOOT, top - TRIM))
     head = rows(count, rgb, depth, *window(size, left + TRIM, right - TRIM, top - TRIM, top + SHADOW))
     few = TRIM / PIXEL
-    one, two, three = stands_out(start, wall, few), stands_out(end, wall, few), stands_out(head, wall, few)
-    trim = max(min(one, two), min(max(one, two), three))
+    trim = min(stands_out(start, wall, few), stands_out(end, wall, few), stands_out(head, wall, few))
     if not np.isfinite(leaf):
         return trim, 0.0
     inside = columns(count, rgb, depth, *window(size, left + TRIM, right - TRIM, FOOT, top - TRIM))

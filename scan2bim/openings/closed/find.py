@@ -13,14 +13,14 @@ from scan2bim.openings.closed.edges import moved
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
 from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, face_of
 from scan2bim.openings.closed.reveals import opening_edges
-from scan2bim.openings.closed.score import features_of, probability
+from scan2bim.openings.closed.score import confidence, features_of, probability
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import SpaceShape, WallShape
 
 ACCEPTED = 0.5
-"""Probability from which a rectangle is taken for a door."""
+"""Confidence from which a rectangle is taken for a door."""
 OUTLINED = 0.4
 """Share of an outline from which on a face is taken to show the door."""
 ROUGH = 0.03
@@ -45,6 +45,11 @@ class ClosedDoor:
     box: Rectangle
     probability: float
     evidence: Mapping[Side, FaceEvidence]
+
+    @property
+    def confidence(self) -> float:
+        """The probability that it is right, if it is kept."""
+        return confidence(self.probability)
 
     @property
     def rank(self) -> float:
@@ -77,16 +82,21 @@ def faces_of(
 
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
-    """The closed doors of a wall; of those that overlap the one that is surest and fits best."""
-    judged = [_judged(faces, box) for box in candidates(faces)]
-    kept: list[ClosedDoor] = []
-    for door in sorted(judged, key=lambda d: -d.rank):
-        if door.probability >= ACCEPTED and all(_apart(door.box, k.box) for k in kept):
-            kept.append(door)
-    return kept
+    """The closed doors of a wall."""
+    return kept([judged(faces, box) for box in candidates(faces)])
 
 
-def _judged(faces: Sequence[Face], box: Rectangle) -> ClosedDoor:
+def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:
+    """Of those that overlap the one that is surest and fits best, if its confidence is ``least``."""
+    apart: list[ClosedDoor] = []
+    for door in sorted(doors, key=lambda d: -d.rank):
+        if door.confidence >= least and all(_apart(door.box, k.box) for k in apart):
+            apart.append(door)
+    return apart
+
+
+def judged(faces: Sequence[Face], box: Rectangle) -> ClosedDoor:
+    """A rectangle with what the faces say of it."""
     evidence = evidence_of(faces, box)
     sides: dict[Side, FaceEvidence] = {f.image.side: e for f, e in zip(faces, evidence, strict=True)}
     return ClosedDoor(box, probability(features_of(evidence, box)), sides)
@@ -132,7 +142,7 @@ def _opening(
         any(e.lintel > 0.5 for e in door.evidence.values()),
         int(on_leaf.sum()),
         tuple(np.unique(points.station[on_leaf]).tolist()),
-        round(door.probability, 3),
+        round(door.confidence, 3),
         hinge=HINGE[handle[1]] if handle[1] is not None and leaves == 1 else "unknown",
         swing=sides,
         leaves=leaves,

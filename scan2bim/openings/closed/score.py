@@ -55,6 +55,9 @@ WEIGHTS = np.array(
     ]
 )
 """Weights of the features in their order, fitted by tests/benchmarks/fit_doors.py on simulated scenes."""
+SCALE, SHIFT = 1.7, 0.4
+"""Slope and shift of the logarithm of the odds that make them those of the rectangle that is kept of many; fitted there
+on 19 scenes of 10 buildings, four of which gave no weights: halves of them err by 0.054 by the other half's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,5 +159,11 @@ def _oversize(box: Rectangle) -> float:
 
 
 def probability(features: Features) -> float:
-    """That a rectangle with these features is a closed door, 0-1."""
-    return min(float(1 / (1 + np.exp(-(BIAS + np.nan_to_num(features.vector()) @ WEIGHTS)))), SUREST)
+    """That a rectangle with these features is a closed door, 0-1, by which those that overlap are ranked."""
+    return float(1 / (1 + np.exp(-(BIAS + np.nan_to_num(features.vector()) @ WEIGHTS))))
+
+
+def confidence(probability: float) -> float:
+    """The same of the one that is kept, 0-1: beside the door that it is most rectangles are none."""
+    odds = np.log(probability / (1 - probability)) if 0 < probability < 1 else np.sign(probability - 0.5) * np.inf
+    return min(float(1 / (1 + np.exp(-(SHIFT + SCALE * odds)))), SUREST)
