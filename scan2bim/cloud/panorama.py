@@ -34,7 +34,7 @@ class Panorama:
 
     __slots__ = ("_source", "position")
 
-    def __init__(self, position: NDArray[np.float64], ranges: F32 | tuple[Path, int]) -> None:
+    def __init__(self, position: NDArray[np.float64], ranges: F32 | tuple[str, int]) -> None:
         self.position = position
         self._source = ranges
 
@@ -55,22 +55,22 @@ class Panorama:
     def load(path: Path) -> Panorama:
         """What ``save`` wrote."""
         with path.open("rb") as file:
-            return Panorama(np.load(file), (path, path.stat().st_mtime_ns))
+            return Panorama(np.load(file), (str(path), path.stat().st_mtime_ns))
 
 
 class _Recent:
     """The ranges that were read last, MOST_KEPT bytes of them."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[tuple[Path, int], F32] = OrderedDict()
+        self._kept: OrderedDict[tuple[str, int], F32] = OrderedDict()
         steps = np.arange(65_536, dtype=np.float32) * np.float32(RANGE_STEP)
         steps[65_535] = NO_RETURN
         self._metres = steps
 
-    def ranges(self, key: tuple[Path, int]) -> F32:
+    def ranges(self, key: tuple[str, int]) -> F32:
         """Of the panorama that was saved there, then."""
         if key not in self._kept:
-            with key[0].open("rb") as file:
+            with Path(key[0]).open("rb") as file:
                 np.load(file)
                 self._kept[key] = self._metres[np.load(file)]
             while sum(ranges.nbytes for ranges in self._kept.values()) > MOST_KEPT and len(self._kept) > 1:

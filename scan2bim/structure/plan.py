@@ -83,18 +83,27 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     shape = tuple(np.ceil((high - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = pixels_at(xyz, origin)
     standing, _ = standing_and_hanging(here)
-    hollow = (here.below > LOWEST_CEILING) & np.isfinite(here.below) & (z < levels.top - 0.02)
-    hollow &= z > levels.floor + LOWEST_CEILING
-    eyes, rising = _eyes(surfels, here, stations), _rising(pixel, z, hollow, shape)
-    overhead = hollow & (_from_below(here, z, eyes[:, 2]) | _sloped(rising))
-    overhead &= ~_outer_roofs(pixel, xyz, rising, eyes, shape)
     floor = _mask(pixel[standing & (np.abs(z - levels.floor) < 0.08)], shape)
-    ceiling, ceiling_z, soffit, found = _ceiling(pixel[overhead], xyz[overhead], shape)
+    hollow = (here.below > LOWEST_CEILING) & np.isfinite(here.below) & (z < levels.top - 0.02)
+    at = np.flatnonzero(hollow & (z > levels.floor + LOWEST_CEILING))
+    at = at[_overhead(pixel[at], xyz[at], here.pick(at), surfels, stations, shape)]
+    ceiling, ceiling_z, soffit, found = _ceiling(pixel[at], xyz[at], shape)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
     columns = _facing(gather_columns(surfels, layers, grid, stations), floor, ceiling_z)
     void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
     return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)
+
+
+def _overhead(
+    pixel: I64, xyz: F64, hollow: Layers, surfels: Surfels, stations: F64, shape: tuple[int, ...]
+) -> NDArray[np.bool_]:
+    """Which surfels with clear height under them hang overhead: those seen from below, and sloped ones unless they are
+    a roof's outside.
+    """
+    eyes, rising = _eyes(surfels, hollow, stations), _rising(pixel, xyz[:, 2], shape)
+    overhead = _from_below(hollow, xyz[:, 2], eyes[:, 2]) | _sloped(rising)
+    return overhead & ~_outer_roofs(pixel, xyz, rising, eyes, shape)
 
 
 def _deep(floor: float, height: F64, surfels: Surfels, layers: Layers, grid: Grid, stations: F64) -> I64:
@@ -181,14 +190,11 @@ def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
     return np.where(np.isfinite(eye), eye < z, layers.below > HEADROOM - 0.3)
 
 
-def _rising(pixel: NDArray[np.int64], z: F64, hollow: NDArray[np.bool_], shape: tuple[int, ...]) -> F32:
-    """Slopes (n, 2) along x and y of the ``hollow`` surfels' surface, nan where not known."""
+def _rising(pixel: I64, z: F64, shape: tuple[int, ...]) -> F32:
+    """Slopes (n, 2) along x and y of the surface of surfels, nan where not known."""
     height = np.full(shape, np.nan, np.float32)
-    height[pixel[hollow, 1], pixel[hollow, 0]] = z[hollow]
-    found = np.full((len(z), 2), np.nan, np.float32)
-    for axis, column in ((1, 0), (0, 1)):
-        found[hollow, column] = rise(height, axis)[pixel[hollow, 1], pixel[hollow, 0]]
-    return found
+    height[pixel[:, 1], pixel[:, 0]] = z
+    return np.stack([rise(height, axis)[pixel[:, 1], pixel[:, 0]] for axis in (1, 0)], 1)
 
 
 def _sloped(rising: F32) -> NDArray[np.bool_]:
