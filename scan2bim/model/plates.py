@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from scan2bim.model.ceilings import plane_of
@@ -115,9 +116,9 @@ def _covered(
 
     rest: BaseGeometry = shapely.union_all(list(areas))
     for name, plate in plates:
-        if _apart(rest, plate.outline):
+        outline = _whole(plate.outline, plate.holes)
+        if _apart(rest, outline):
             continue
-        outline = shapely.union_all(valid_areas(plate.outline, plate.holes))
         external = isinstance(plate, Slab) and plate.use != "FLOOR"
         for part in _parts(shapely.intersection(rest, outline, grid_size=SNAP)):
             yield from _divided(part, z, up, name, spaces, own, external)
@@ -134,9 +135,9 @@ def _divided(
 
     rest: BaseGeometry = part
     for space in spaces:
-        if space.id == own or _apart(rest, space.outline):
+        behind = _whole(space.outline, space.holes)
+        if space.id == own or _apart(rest, behind):
             continue
-        behind = shapely.union_all(valid_areas(space.outline, space.holes))
         shared = list(_parts(shapely.intersection(rest, behind, grid_size=SNAP)))
         for piece in shared:
             yield LevelPatch(piece, z, up, element, space.id, False)
@@ -146,11 +147,19 @@ def _divided(
         yield LevelPatch(piece, z, up, element, None, external if external else None)
 
 
-def _apart(shape: BaseGeometry, outline: Ring) -> bool:
-    """Whether the boxes round a shape and an outline have nothing in common: there are far more such than others."""
-    left, bottom, right, top = shape.bounds
-    xs, ys = zip(*outline, strict=True)
-    return bool(max(xs) < left or min(xs) > right or max(ys) < bottom or min(ys) > top)
+@lru_cache(maxsize=1024)
+def _whole(outline: Ring, holes: tuple[Ring, ...]) -> BaseGeometry:
+    """The area of an outline with holes: each is laid against all others."""
+    import shapely
+
+    return shapely.union_all(valid_areas(outline, holes))
+
+
+def _apart(one: BaseGeometry, other: BaseGeometry) -> bool:
+    """Whether the boxes round two shapes have nothing in common: there are far more such than others."""
+    left, bottom, right, top = one.bounds
+    low, lowest, high, highest = other.bounds
+    return bool(high < left or low > right or highest < bottom or lowest > top)
 
 
 def _parts(shape: BaseGeometry) -> Iterator[Polygon]:
