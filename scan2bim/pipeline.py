@@ -20,7 +20,7 @@ from scan2bim.errors import InputError
 from scan2bim.estimate import choose_jobs, free_disk, memory_and_disk
 from scan2bim.guard import guarded
 from scan2bim.logs import RunLog
-from scan2bim.numbacache import ensure_numba_cache, load_without_compiler
+from scan2bim.numbacache import ensure_numba_cache
 from scan2bim.planning import Request, StageRun, checked_inputs, earlier_model, kept_frame, planned
 from scan2bim.progress import Progress, Reporter, several, size
 from scan2bim.reading import read_all
@@ -139,7 +139,6 @@ class Run:
             f"{several(len(scans.scans), 'scan')}, {several(scans.points, 'point')}; work folder {self.work.root}"
         )
         ensure_numba_cache(self.work.root / "numba")
-        load_without_compiler()
         self.jobs = choose_jobs(self.request.jobs, scans)
         _, disk = memory_and_disk(scans, self.jobs)
         if disk > (free := free_disk(self.work.root)):
