@@ -47,7 +47,7 @@ from scan2bim.structure.soffits import soffits_of
 from scan2bim.structure.spaces import find_spaces
 from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_stairs, without_wells
 from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
-from scan2bim.structure.thicknesses import OuterWalls, SoleFace, common_thickness, outer_walls, sole_faces
+from scan2bim.structure.thicknesses import OneFaced, StoreyFaces, one_faced, sole_faces
 from scan2bim.structure.walls import find_walls
 
 DEEPEST = 5.0
@@ -86,7 +86,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
     doubtful = layers_of(scene.doubtful, scene.stations)
     faces: list[Face] = []
     depths: list[float] = []
-    soles: list[list[SoleFace]] = []
+    seen: list[StoreyFaces] = []
     rooms: list[Rooms] = []
     stairs: list[FoundStair] = []
     for number, level in enumerate(levels):
@@ -115,11 +115,11 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         last = rooms[-1]
         axes = find_walls(last.polygons, last.cuts, panes=last.panes, bends=last.bends)[0]
         depths += reveal_depths(plan, axes)
-        soles.append(sole_faces(axes, last.polygons, level.floor, level.ceiling or level.top, near))
+        sole = sole_faces(axes, last.polygons, level.floor, level.ceiling or level.top, near)
+        seen.append(StoreyFaces(last.polygons, axes, sole))
         progress(0.1 + 0.9 * (number + 1) / len(levels))
-    common = common_thickness([face for some in soles for face in some])
-    outer = outer_thickness(depths) if common is None else common
-    storeys = [_storey(r, outer_walls(s, outer)) for r, s in zip(rooms, soles, strict=True)]
+    soles = one_faced(seen, outer_thickness(depths))
+    storeys = [_storey(r, sole) for r, sole in zip(rooms, soles, strict=True)]
     return StructureShape(tuple(storeys), main_direction(faces), _notes(levels, storeys, scene))
 
 
@@ -135,7 +135,7 @@ def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene
                 f"Storey {number}: stations stand over the ceiling below, but its floor was not seen; its height is "
                 "assumed."
             )
-        if not storey.spaces:
+        elif not storey.spaces:
             notes.append(f"Storey {number}: its floor was seen but no space closes round it.")
     return tuple(notes)
 
@@ -234,9 +234,9 @@ def _stair(stair: FoundStair) -> StairShape:
     return StairShape(ring, base, top, stair.kind, climb, width, stair.risers)
 
 
-def _storey(rooms: Rooms, outer: OuterWalls) -> StoreyShape:
+def _storey(rooms: Rooms, sole: OneFaced) -> StoreyShape:
     seen = rooms.evidence.seen_share
-    axes, joins = find_walls(rooms.polygons, rooms.cuts, outer, rooms.panes, seen, rooms.bends)
+    axes, joins = find_walls(rooms.polygons, rooms.cuts, sole, rooms.panes, seen, rooms.bends)
     spaces = frozenset(range(len(rooms.spaces)))
     walls = tuple(
         _wall(number, replace(axis, left=axis.left & spaces, right=axis.right & spaces), joins, rooms)

@@ -7,12 +7,13 @@ one thickness, which is also assumed where nothing tells it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.structure.axes import Axis
@@ -20,6 +21,16 @@ from scan2bim.structure.crossings import Crossings, crossings_of
 
 OUTER = 0.30
 """Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
+INNER = 0.10
+"""Assumed thickness, metres, of a wall within a storey of which one face was seen, where of no other both were."""
+THICK = 0.26
+"""Thickness, metres, from which on a wall is no partition."""
+BEHIND = 0.6, 1.2
+"""Metres behind a face between which the storey must go on for an inner wall: outer walls are thinner."""
+UNKNOWN = 8.0
+"""Metres between spaces up to which nobody entered what lies there, and it is part of the storey: rooms, cores."""
+NEARLY = 0.85
+"""Share of the smallest rectangle round it that a storey fills to be one: the rest are rooms that nobody entered."""
 SHORTEST = 1.0
 """Length, metres, of the shortest wall whose openings are looked through."""
 BESIDE = 0.5
@@ -59,12 +70,15 @@ class SoleFace:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OuterWalls:
+class OneFaced:
     """Thickness of the walls of a storey of which one face was seen: of ``known`` ones, as ends (2, 2) of the face with
-    the space on its left, thickness (metres) and its standard deviation (None if assumed), and the ``usual`` one.
+    the space on its left, thickness (metres) and its standard deviation (None if assumed); else ``inner``
+    (metres) where the storey goes on behind them, within its ``outline``, and ``outer``.
     """
 
-    usual: float = OUTER
+    outer: float = OUTER
+    inner: float = INNER
+    outline: BaseGeometry = field(default_factory=Polygon)
     known: tuple[tuple[F64, float, float | None], ...] = ()
 
     def behind(self, border: F64) -> tuple[float, float | None]:
@@ -76,7 +90,19 @@ class OuterWalls:
             off = abs(float(along[0] * offset[1] - along[1] * offset[0]))
             if along @ way > PARALLEL * np.linalg.norm(way) and off < ON_LINE and 0 < offset @ along < length:
                 return thickness, sigma
-        return self.usual, None
+        return self.assumed(border), None
+
+    def assumed(self, border: F64) -> float:
+        """Thickness, metres, behind a border (2, 2) of which nothing tells it."""
+        return self.outer if self.is_outer(border) else self.inner
+
+    def is_outer(self, border: F64) -> bool:
+        """Whether the storey ends behind a border (2, 2)."""
+        way = (border[1] - border[0]) / max(float(np.linalg.norm(border[1] - border[0])), 1e-9)
+        depths = np.linspace(*BEHIND, 4)[:, None, None]
+        behind = border[0] + np.linspace(0.1, 0.9, 9)[:, None] * (border[1] - border[0]) + depths * [way[1], -way[0]]
+        inside = shapely.contains_xy(self.outline, behind[..., 0], behind[..., 1])
+        return float(inside.mean()) < 0.5
 
 
 def sole_faces(
@@ -98,11 +124,48 @@ def sole_faces(
     return found
 
 
-def outer_walls(faces: Sequence[SoleFace], building: float) -> OuterWalls:
-    """Those of a storey with these ``faces``, if ``building`` (metres) is the thickness of the others."""
-    own = common_thickness(faces)
-    usual = building if own is None or abs(own - building) < ALIKE else own
-    return OuterWalls(usual, tuple((face.ends, *_thickness_of(face, usual)) for face in faces))
+@dataclass(frozen=True, slots=True, eq=False)
+class StoreyFaces:
+    """Of a storey its ``spaces``, the ``axes`` of its walls, and the ``faces`` of those of which one was seen."""
+
+    spaces: Sequence[Polygon]
+    axes: Sequence[Axis]
+    faces: Sequence[SoleFace]
+
+
+def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
+    """The walls of which one face was seen, storey by storey; outer ones are ``least`` metres thick where rays tell
+    nothing in the whole building.
+    """
+    plain = [OneFaced(least, partition_of(s.axes), outline_of(s.spaces)) for s in storeys]
+    outer = [[f for f in s.faces if p.is_outer(f.ends)] for s, p in zip(storeys, plain, strict=True)]
+    building = common_thickness([face for faces in outer for face in faces]) or least
+    out: list[OneFaced] = []
+    for storey, faces, unknown in zip(storeys, outer, plain, strict=True):
+        own = common_thickness(faces)
+        walls = replace(unknown, outer=building if own is None or abs(own - building) < ALIKE else own)
+        known = tuple((f.ends, *_thickness_of(f, walls.assumed(f.ends))) for f in storey.faces)
+        out.append(replace(walls, known=known))
+    return out
+
+
+def outline_of(spaces: Sequence[Polygon]) -> BaseGeometry:
+    """What a storey takes up within its outer walls: its spaces and what lies between them, also at its corners where
+    it is nearly a rectangle.
+    """
+    whole = shapely.union_all(spaces).buffer(UNKNOWN / 2, join_style="mitre").buffer(-UNKNOWN / 2, join_style="mitre")
+    filled = shapely.union_all([Polygon(p.exterior) for p in shapely.get_parts(whole) if isinstance(p, Polygon)])
+    box = filled.minimum_rotated_rectangle
+    return box if filled.area > NEARLY * box.area else filled
+
+
+def partition_of(axes: Sequence[Axis]) -> float:
+    """Thickness of most of the length of the partitions that were seen from both sides, metres."""
+    told = sorted((a.thickness, a.length) for a in axes if a.measured and a.thickness < THICK)
+    if not told:
+        return INNER
+    thickness, length = np.array(told).T
+    return _rounded(float(thickness[np.searchsorted(np.cumsum(length), length.sum() / 2)]))
 
 
 def common_thickness(faces: Sequence[SoleFace]) -> float | None:

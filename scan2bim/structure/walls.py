@@ -19,7 +19,7 @@ from scan2bim.structure.axes import F64, Axis, AxisJoin
 from scan2bim.structure.curved_walls import borders_on, curved_axes, is_on, with_curved
 from scan2bim.structure.overlaps import parted, parted_again, reaching
 from scan2bim.structure.portals import on_cut
-from scan2bim.structure.thicknesses import OuterWalls
+from scan2bim.structure.thicknesses import INNER, OneFaced
 
 THINNEST, THICKEST = 0.03, 0.80
 """Distances between faces, metres, that one wall can have (trade: 0.05 to 0.75)."""
@@ -27,8 +27,6 @@ GLASS = 0.08
 """Assumed thickness, metres, of a glass front: the profile of a usual frame."""
 LEAST_SEEN = 0.12
 """Least share of its one face that must have been seen of a wall: less is a border where nothing was seen."""
-INNER = 0.10
-"""Assumed thickness, metres, between two spaces whose common wall was seen from one side only."""
 PARALLEL = 0.9986
 """Cosine of 3 degrees: faces that differ by more are not those of one wall."""
 SHORTEST = 0.30
@@ -62,30 +60,30 @@ class _Border:
 def find_walls(
     spaces: Sequence[Polygon],
     cuts: Sequence[LineString] = (),
-    outer: OuterWalls | None = None,
+    sole: OneFaced | None = None,
     panes: Sequence[LineString] = (),
     seen_share: Callable[[Axis], float] | None = None,
     bends: Sequence[Bend] = (),
 ) -> tuple[list[Axis], list[AxisJoin]]:
     """Walls between and round the spaces, with their ends joined.
 
-    ``cuts`` are virtual borders, on which no wall stands; ``outer`` tells the thickness of walls of which one
+    ``cuts`` are virtual borders, on which no wall stands; ``sole`` tells the thickness of walls of which one
     face was seen; ``panes`` are glass fronts; ``seen_share`` tells how much of a wall's faces was seen: a
     wall of which nothing was seen on the only side that it has is not made up; ``bends`` are curved faces, along which
     borders become curved walls, the last ones.
     """
-    outer = outer or OuterWalls()
+    sole = sole or OneFaced()
     borders = [b for number, polygon in enumerate(spaces) for b in _borders(number, polygon)]
     borders = [b for b in borders if not any(is_on(b.start, b.start + b.direction * b.length, bend) for bend in bends)]
     near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
-    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], outer, panes)]
+    pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], sole, panes)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
     axes = _merge(pieces, spaces)
     if seen_share is not None:
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
     axes, joins = parted_again(*_join_ends(parted(_without_stubs(axes))))
-    return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), outer.usual))
+    return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), sole.outer))
 
 
 def _without_stubs(axes: list[Axis]) -> list[Axis]:
@@ -124,7 +122,7 @@ def _borders(number: int, polygon: Polygon) -> list[_Border]:
 
 
 def _pieces(
-    number: int, borders: Sequence[_Border], near: Sequence[int], outer: OuterWalls, panes: Sequence[LineString]
+    number: int, borders: Sequence[_Border], near: Sequence[int], sole: OneFaced, panes: Sequence[LineString]
 ) -> list[Axis]:
     """Wall pieces behind one border: towards the nearest facing border on each stretch, or alone."""
     own = borders[number]
@@ -146,16 +144,16 @@ def _pieces(
         over = [s for s in stretches if s[0] <= low + 1e-6 and s[1] >= high - 1e-6]
         nearest = min(over, key=lambda s: s[2], default=None)
         if nearest is None:
-            out.append(_single(own, low, high, outer, panes))
+            out.append(_single(own, low, high, sole, panes))
         elif nearest[3] > number:
             out.append(_double(own, borders[nearest[3]], low, high, nearest[2]))
     return out
 
 
-def _single(own: _Border, low: float, high: float, outer: OuterWalls, panes: Sequence[LineString]) -> Axis:
+def _single(own: _Border, low: float, high: float, sole: OneFaced, panes: Sequence[LineString]) -> Axis:
     border = np.array([own.start + own.direction * t for t in (low, high)])
     glass = on_cut(border.mean(0, keepdims=True), panes)
-    thickness, sigma = (GLASS, None) if glass else outer.behind(border)
+    thickness, sigma = (GLASS, None) if glass else sole.behind(border)
     ends = border - own.inward * thickness / 2
     return Axis(ends[0], ends[1], thickness, False, frozenset({own.space}), frozenset(), sigma=sigma)
 

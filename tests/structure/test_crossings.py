@@ -3,11 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from shapely import box
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.structure.axes import Axis
 from scan2bim.structure.crossings import Crossings, crossings_of
-from scan2bim.structure.thicknesses import OUTER, OuterWalls, SoleFace, common_thickness, outer_walls
+from scan2bim.structure.thicknesses import OUTER, SoleFace, StoreyFaces, one_faced
 
 F64 = NDArray[np.float64]
 EDGE = 256
@@ -75,21 +76,32 @@ def test_a_wall_without_openings_tells_nothing() -> None:
     assert blind.thickness() is None
 
 
+HALL = box(0, 0, 6, 4)
+NOTHING = Crossings(np.zeros(80), np.zeros(80))
+FIRST, SECOND = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 4.0]])
+
+
 def test_walls_that_tell_nothing_are_as_thick_as_the_others() -> None:
-    nothing = Crossings(np.zeros(80), np.zeros(80))
-    first, second = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 4.0]])
-    faces = [SoleFace(first, rays(0.36)), SoleFace(second, nothing)]
-    common = common_thickness(faces)
-    assert common is not None and common == pytest.approx(0.36, abs=0.025)
-    walls = outer_walls(faces, common)
+    faces = [SoleFace(FIRST, rays(0.36)), SoleFace(SECOND, NOTHING)]
+    (walls,) = one_faced([StoreyFaces([HALL], [], faces)], OUTER)
     told, sigma = walls.behind(np.array([[1.0, 0.0], [2.0, 0.0]]))
-    assert (told, sigma is None) == (common, False)
-    assert walls.behind(np.array([[6.0, 1.0], [6.0, 2.0]])) == (common, None)
-    assert common_thickness(faces[1:]) is None
-    assert OuterWalls().behind(first) == (OUTER, None)
+    assert told == pytest.approx(0.36, abs=0.025) and sigma is not None
+    assert walls.behind(np.array([[6.0, 1.0], [6.0, 2.0]])) == (told, None)
+    (blind,) = one_faced([StoreyFaces([HALL], [], faces[1:])], OUTER)
+    assert blind.behind(SECOND) == (OUTER, None)
 
 
 def test_a_wall_that_is_built_otherwise_keeps_its_own_thickness() -> None:
-    first, second = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 2.0]])
-    walls = outer_walls([SoleFace(first, rays(0.36)), SoleFace(second, rays(0.2))], 0.36)
-    assert walls.behind(second)[0] == pytest.approx(0.2, abs=0.025)
+    faces = [SoleFace(FIRST, rays(0.36)), SoleFace(SECOND, rays(0.2))]
+    (walls,) = one_faced([StoreyFaces([HALL], [], faces)], OUTER)
+    assert walls.behind(FIRST)[0] == pytest.approx(0.36, abs=0.025)
+    assert walls.behind(SECOND)[0] == pytest.approx(0.2, abs=0.025)
+
+
+def test_a_wall_to_a_room_that_nobody_entered_is_as_thick_as_the_partitions() -> None:
+    partition = Axis(np.array([6.06, 0.0]), np.array([6.06, 4.0]), 0.12, True, frozenset({0}), frozenset({1}))
+    spaces = [HALL, box(6.12, 0, 9, 4), box(0, 8, 9, 12), box(-4, 0, -0.12, 12)]
+    (walls,) = one_faced([StoreyFaces(spaces, [partition], [])], OUTER)
+    to_unknown, out = np.array([[6.0, 4.0], [0.0, 4.0]]), np.array([[0.0, 0.0], [6.0, 0.0]])
+    assert walls.behind(to_unknown) == (0.12, None)
+    assert walls.behind(out) == (OUTER, None)

@@ -8,7 +8,7 @@ from shapely.affinity import rotate
 from shapely.geometry import LineString, Polygon
 
 from scan2bim.structure.axes import Axis, AxisJoin
-from scan2bim.structure.thicknesses import OUTER, OuterWalls
+from scan2bim.structure.thicknesses import OUTER, OneFaced
 from scan2bim.structure.walls import THICKEST, find_walls
 
 F64 = NDArray[np.float64]
@@ -103,8 +103,8 @@ def test_no_wall_stands_on_a_virtual_border() -> None:
     assert not any(abs(a.start[0] - 4) < 0.1 and abs(a.end[0] - 4) < 0.1 and a.length > 1 for a in axes)
 
 
-def test_a_thickness_for_outer_walls_counts_for_them_alone() -> None:
-    axes, _ = find_walls(two_rooms(0.1), [], OuterWalls(0.45))
+def test_a_thickness_for_one_faced_counts_for_them_alone() -> None:
+    axes, _ = find_walls(two_rooms(0.1), [], OneFaced(0.45))
     assert sorted({round(a.thickness, 6) for a in axes}) == [0.1, 0.45]
 
 
@@ -142,6 +142,6 @@ def test_without_spaces_there_are_no_walls() -> None:
 
 def test_the_sides_of_a_window_recess_are_no_walls() -> None:
     recess = Polygon([(0, 0), (6, 0), (6, 4), (3.5, 4), (3.5, 4.35), (2.5, 4.35), (2.5, 4), (0, 4)])
-    walls, _ = find_walls([recess], outer=OuterWalls(0.45))
+    walls, _ = find_walls([recess], sole=OneFaced(0.45))
     across = [w for w in walls if abs(w.direction[1]) > 0.9]
     assert sorted(round(w.length, 1) for w in across) == [4.4, 4.4]
