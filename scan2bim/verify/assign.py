@@ -92,13 +92,12 @@ def make_bins(table: FaceTable) -> FaceBins:
     pairs = _bin_pairs(
         table.normal, table.origin, table.u, table.v, table.size, table.cell_face, table.cell_at, pad, REACH, BIN
     )
-    keys = np.unique(pairs, axis=0)
-    place, face = keys[:, :3], keys[:, 3]
+    place, face = pairs[:, :3], pairs[:, 3]
     tile = np.floor_divide(place, NB)
     inner = place - tile * NB
     number = ((inner[:, 0] * NB + inner[:, 1]) * NB + inner[:, 2]).astype(np.int32)
     key = _tile_key(tile)
-    order = np.lexsort((face, number, key))
+    order = np.lexsort((number, key))  # stable: the faces of a bin stay in order, each is there once
     return FaceBins(key[order], number[order], face[order].astype(np.int32))
 
 

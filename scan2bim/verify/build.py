@@ -18,12 +18,13 @@ from scan2bim.verify.added import added_openings
 from scan2bim.verify.additions import Surroundings, Unexplained, find_additions
 from scan2bim.verify.compare import compare_points
 from scan2bim.verify.detected import detected_openings
-from scan2bim.verify.faces import FaceTable, make_faces
+from scan2bim.verify.faces import FaceTable, Plane, areas_of, find_planes, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
 from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
 from scan2bim.verify.outlines import Profiles
 from scan2bim.verify.patches import find_gaps, main_direction, with_patches
 from scan2bim.verify.place import Placement, place_model
+from scan2bim.verify.reach import within_reach
 from scan2bim.verify.result import ElementResult, Report
 from scan2bim.verify.status import Surface, judge_elements
 from scan2bim.verify.visibility import look, opaque_bodies
@@ -75,10 +76,12 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     summaries = tuple(ScanSummary.load(folder) for folder in inputs.scan_folders)
     stations = _stations(summaries)
     anchor = np.round(np.concatenate([e.vertices for e in model.elements]).mean(axis=0))
-    drawn = make_faces(model.elements, anchor)
+    every = find_planes(model.elements, anchor)
     progress(0.15)
-    placement = place_model(inputs, model, drawn, anchor, stations, summaries)
-    table = drawn.moved(placement.matrix)
+    placement = place_model(inputs, model, every, anchor, stations, summaries)
+    near = within_reach(every, len(model.elements), placement.matrix, inputs.scan_folders, stations)
+    planes = [plane for plane in every if near[plane.element]]
+    table = make_faces(planes).moved(placement.matrix)
     progress(0.3)
     unexplained = Unexplained()
     profiles = Profiles([placed_gap(g, placement.matrix, anchor) for g in gaps])
@@ -90,11 +93,12 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
         [unexplained, profiles],
         lambda s: progress(0.3 + 0.4 * s),
     )
-    looked = Looked(model, table, placement, measured.count, anchor)
+    looked = Looked(model, planes, table, placement, measured.count)
     bits = _seen(inputs, looked, frozenset(), lambda s: progress(0.7 + 0.2 * s))
-    surface = Surface(table, measured, bits, reveals(model, table, placement, anchor))
+    beyond = areas_of([plane for plane in every if not near[plane.element]], len(model.elements))
+    surface = Surface(table, measured, bits, reveals(model, table, placement, anchor), beyond)
     source = Source(inputs.scan_folders, stations, inputs.frame.shift)
-    return _judged(inputs, settings, Seen(model, profiles, surface, placement, anchor, unexplained, source))
+    return _judged(inputs, settings, Seen(model, planes, profiles, surface, placement, anchor, unexplained, source))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +106,7 @@ class Seen:
     """What was measured, before it is judged."""
 
     model: IfcModel
+    planes: list[Plane]
     profiles: Profiles
     surface: Surface
     placement: Placement
@@ -123,10 +128,8 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     surface = seen.surface
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
-    centres = surface.table.centres()
     windows = tuple(g for g in context.gaps if g.fill is not None and g.fill.ifc_class.startswith("IfcWindow"))
-    box = np.array([centres.min(axis=0), centres.max(axis=0)])
-    around = Surroundings(box, ceilings(surface.table, model), windows, model.storeys)
+    around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys)
     additions = find_additions(seen.unexplained, around, to_model)
     report = Report(
         program=f"scan2bim {__version__}",
@@ -172,13 +175,13 @@ def _stations(summaries: Sequence[ScanSummary]) -> F64:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looked:
-    """What stations look at: the placed faces of a model, and the points (c,) of their cells."""
+    """What stations look at: the planes of a model, its placed faces, and the points (c,) of their cells."""
 
     model: IfcModel
+    planes: Sequence[Plane]
     table: FaceTable
     placement: Placement
     count: NDArray[np.int64]
-    anchor: F64
 
 
 def _seen(inputs: Inputs, looked: Looked, missing: frozenset[str], progress: Progress) -> NDArray[np.uint8]:
@@ -186,8 +189,9 @@ def _seen(inputs: Inputs, looked: Looked, missing: frozenset[str], progress: Pro
     panoramas = load_panoramas(inputs.scan_folders)
     elements, table = looked.model.elements, looked.table
     asked = [panorama for station, panorama in panoramas.items() if not looked.placement.ignored[station]]
-    there = [e for e in elements if e.guid not in missing]
-    bodies = opaque_bodies(there, looked.anchor, looked.placement.matrix)
+    # Doors stand open or closed: what fills openings hides nothing.
+    opaque = np.array([e.role in ("compared", "context") and e.guid not in missing for e in elements])
+    bodies = opaque_bodies(looked.planes, opaque, looked.placement.matrix)
     judged = np.array([e.role in ("compared", "patch") for e in elements])
     return look(table, bodies, asked, (looked.count == 0) & judged[table.cell_element], progress)
 
@@ -195,9 +199,9 @@ def _seen(inputs: Inputs, looked: Looked, missing: frozenset[str], progress: Pro
 def _without(inputs: Inputs, seen: Seen, missing: frozenset[str]) -> Seen:
     """The same, with what stands behind drawn elements that were not built: stations see it."""
     surface = seen.surface
-    looked = Looked(seen.model, surface.table, seen.placement, surface.measured.count, seen.anchor)
+    looked = Looked(seen.model, seen.planes, surface.table, seen.placement, surface.measured.count)
     bits = _seen(inputs, looked, missing, lambda _: None)
-    return replace(seen, surface=Surface(surface.table, surface.measured, surface.bits | bits, surface.reveal))
+    return replace(seen, surface=replace(surface, bits=surface.bits | bits))
 
 
 def reveals(model: IfcModel, table: FaceTable, placement: Placement, anchor: F64) -> NDArray[np.bool_]:

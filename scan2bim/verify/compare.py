@@ -80,10 +80,9 @@ def compare_points(
                 sink(Owned(corner, run, owner))
         slots.fill(-1)
         progress(share)
-    count = sums[:, 0]
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean, square = sums[:, 1] / count, sums[:, 2] / count
-    return Measured(count.astype(np.int64), mean, square, points, unexplained)
+        sums[:, 1:] /= sums[:, :1]
+    return Measured(sums[:, 0].astype(np.int64), sums[:, 1], sums[:, 2], points, unexplained)
 
 
 Runs = Callable[[], Iterator[NDArray[np.void]]]

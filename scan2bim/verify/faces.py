@@ -20,6 +20,9 @@ CELL = 0.05
 """Edge of a cell, metres: several points of a usual scan lie in it, and a door frame is wider."""
 MOST_CELLS = 8e6
 """Cells from which on they are made larger: 8 million take 200 MB."""
+COARSE, MOST_COARSE = 0.15, 4e6
+"""Edge of the cells, metres, that a model is placed by, and their number from which on they are made larger: a fit
+needs a few thousand."""
 LEAST_CELL = 0.01
 """Faces narrower than two of these (metres) are left out: no scanner resolves them."""
 MOST_FACES = 600
@@ -74,16 +77,22 @@ class FaceTable:
         return self.size[self.cell_face[cells]] ** 2
 
     def by_element(self, elements: int) -> tuple[I64, I64]:
-        """Numbers (c,) of the cells sorted by element, and the first entry (elements + 1,) of each."""
+        """Numbers (c,) of the cells sorted by element, as they are, and the first entry (elements + 1,) of each."""
         owner = self.cell_element
-        order = np.argsort(owner, kind="stable")
-        return order, np.searchsorted(owner[order], np.arange(elements + 1))
+        return np.arange(len(owner)), np.searchsorted(owner, np.arange(elements + 1))
 
     def centres(self, cells: I64 | NDArray[np.bool_] | slice = slice(None)) -> F64:
         """(k, 3) middles of the cells."""
         face = self.cell_face[cells]
         along = (self.cell_at[cells] + 0.5) * self.size[face][:, None]
         return self.origin[face] + along[:, :1] * self.u[face] + along[:, 1:] * self.v[face]
+
+    def box(self) -> F64:
+        """(2, 3) lower and upper corner of what its faces' grids take."""
+        ends = self.shape * self.size[:, None]
+        corners = [self.origin + a * ends[:, :1] * self.u + b * ends[:, 1:] * self.v for a in (0, 1) for b in (0, 1)]
+        every = np.concatenate(corners)
+        return np.array([every.min(axis=0), every.max(axis=0)])
 
     def moved(self, matrix: F64) -> FaceTable:
         """By a rigid motion (4, 4)."""
@@ -98,7 +107,7 @@ class FaceTable:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Group:
+class Plane:
     """The triangles (t, 3, 3) of one plane of an element."""
 
     element: int
@@ -108,19 +117,38 @@ class _Group:
     glass: bool
     part: int
 
+    @property
+    def area(self) -> float:
+        """Square metres."""
+        return float(np.linalg.norm(_crossed(self.corners), axis=1).sum()) / 2
 
-def make_faces(elements: Sequence[ModelElement], anchor: F64) -> FaceTable:
-    """Faces and cells of all elements but openings; ``anchor`` (3,) is taken off all coordinates."""
-    groups: list[_Group] = []
+
+def find_planes(elements: Sequence[ModelElement], anchor: F64) -> list[Plane]:
+    """Planes of all elements but openings, element by element; ``anchor`` (3,) is taken off all coordinates."""
+    planes: list[Plane] = []
     patched = {element.guid for element in elements if element.role == "patch"}
     for number, element in enumerate(elements):
         if element.role != "opening":
             fills = element.role == "fill" and element.host in patched
             part = PATCH if element.role == "patch" else FILL if fills else BODY
-            groups += _planes(number, element, part, anchor)
-    corners = np.concatenate([g.corners for g in groups]) if groups else np.zeros((0, 3, 3))
-    area = float(np.linalg.norm(_crossed(corners), axis=1).sum()) / 2
-    return _table(groups, max(CELL, math.sqrt(area / MOST_CELLS)))
+            planes += _planes(number, element, part, anchor)
+    return planes
+
+
+def make_faces(planes: Sequence[Plane]) -> FaceTable:
+    """Faces and cells as points are compared with."""
+    return _table(planes, max(CELL, math.sqrt(sum(p.area for p in planes) / MOST_CELLS)))
+
+
+def coarse_faces(planes: Sequence[Plane]) -> FaceTable:
+    """Faces and cells that a model is placed by."""
+    return _table(planes, max(COARSE, math.sqrt(sum(p.area for p in planes) / MOST_COARSE)))
+
+
+def areas_of(planes: Sequence[Plane], elements: int) -> F64:
+    """Square metres (e,) of the elements' planes."""
+    owner, area = np.array([p.element for p in planes], np.int64), np.array([p.area for p in planes], np.float64)
+    return np.bincount(owner, area, elements).astype(np.float64)
 
 
 def oriented(vertices: F64, triangles: I32) -> tuple[I32, NDArray[np.bool_], bool]:
@@ -133,9 +161,9 @@ def oriented(vertices: F64, triangles: I32) -> tuple[I32, NDArray[np.bool_], boo
     corner = welded.ravel()[triangles]
     keep = (corner[:, 0] != corner[:, 1]) & (corner[:, 1] != corner[:, 2]) & (corner[:, 2] != corner[:, 0])
     triangles, corner = triangles[keep], corner[keep]
-    shell = _shells(corner)
-    edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
     count = int(corner.max(initial=0)) + 1
+    shell = _shells(corner, count)
+    edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
     key, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
     closed = np.array_equal(np.sort(key), np.sort(back))
     p = vertices[triangles] - vertices.mean(axis=0)
@@ -144,18 +172,35 @@ def oriented(vertices: F64, triangles: I32) -> tuple[I32, NDArray[np.bool_], boo
     return np.where(inside_out[shell][:, None], triangles[:, ::-1], triangles), keep, closed
 
 
-def _shells(corner: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Number of the connected part of each triangle (t,)."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+@nb.njit(cache=True, nogil=True)
+def _shells(corner, count):  # pyright: ignore
+    """Number (t,) of the connected part of each triangle; ``corner`` (t, 3) of its corners among ``count``."""
+    parent = np.arange(count)
+    for t in range(corner.shape[0]):
+        for k in range(1, 3):
+            a, b = corner[t, 0], corner[t, k]
+            while parent[a] != a:
+                parent[a] = parent[parent[a]]
+                a = parent[a]
+            while parent[b] != b:
+                parent[b] = parent[parent[b]]
+                b = parent[b]
+            parent[max(a, b)] = min(a, b)
+    out = np.empty(corner.shape[0], np.int64)
+    number = np.full(count, -1, np.int64)
+    parts = 0
+    for t in range(corner.shape[0]):
+        a = corner[t, 0]
+        while parent[a] != a:
+            a = parent[a]
+        if number[a] < 0:
+            number[a] = parts
+            parts += 1
+        out[t] = number[a]
+    return out
 
-    n = int(corner.max(initial=0)) + 1
-    rows, cols = np.concatenate([corner[:, 0], corner[:, 1]]), np.concatenate([corner[:, 1], corner[:, 2]])
-    _, label = connected_components(coo_matrix((np.ones(len(rows), bool), (rows, cols)), (n, n)), directed=False)
-    return np.unique(label[corner[:, 0]], return_inverse=True)[1]
 
-
-def _planes(number: int, element: ModelElement, part: int, anchor: F64) -> list[_Group]:
+def _planes(number: int, element: ModelElement, part: int, anchor: F64) -> list[Plane]:
     triangles, kept, closed = oriented(element.vertices, element.triangles)
     glass = element.glass[kept]
     corners = element.vertices[triangles] - anchor
@@ -170,13 +215,11 @@ def _planes(number: int, element: ModelElement, part: int, anchor: F64) -> list[
     _, group = np.unique(steps, axis=0, return_inverse=True)
     group = group.ravel()
     area = np.bincount(group, weights=length) / 2
-    out: list[_Group] = []
+    out: list[Plane] = []
     for which in np.argsort(-area)[:MOST_FACES]:
         mine = np.flatnonzero(group == which)
         main = mine[np.argmax(length[mine])]
-        out.append(
-            _Group(number, normal[main], corners[mine], not closed and part != PATCH, bool(glass[mine[0]]), part)
-        )
+        out.append(Plane(number, normal[main], corners[mine], not closed and part != PATCH, bool(glass[mine[0]]), part))
     return out
 
 
@@ -205,8 +248,8 @@ def _axes(normal: F64, corners: F64) -> tuple[F64, F64]:
     return u, np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
-def _table(groups: Sequence[_Group], largest: float) -> FaceTable:
-    rows: list[tuple[_Group, F64, F64, F64, float, tuple[int, int]]] = []
+def _table(groups: Sequence[Plane], largest: float) -> FaceTable:
+    rows: list[tuple[Plane, F64, F64, F64, float, tuple[int, int]]] = []
     grids: list[I32] = []
     for group in groups:
         u, v = _axes(group.normal, group.corners)
@@ -227,7 +270,7 @@ def _table(groups: Sequence[_Group], largest: float) -> FaceTable:
     return _joined(rows, grids)
 
 
-def _joined(rows: Sequence[tuple[_Group, F64, F64, F64, float, tuple[int, int]]], grids: Sequence[I32]) -> FaceTable:
+def _joined(rows: Sequence[tuple[Plane, F64, F64, F64, float, tuple[int, int]]], grids: Sequence[I32]) -> FaceTable:
     lengths = np.array([len(g) for g in grids], np.int64)
     start = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)[:-1]
     grid = np.concatenate(grids) if grids else np.zeros(0, np.int32)

@@ -14,7 +14,7 @@ from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.errors import PrecheckError
 from scan2bim.model.elements import Building, ScanResidual
-from scan2bim.verify.faces import FaceTable
+from scan2bim.verify.faces import Plane, coarse_faces
 from scan2bim.verify.ifc_model import IfcModel
 from scan2bim.verify.placing import (
     PLAUSIBLE,
@@ -29,6 +29,7 @@ from scan2bim.verify.placing import (
     sample_surfels,
     scan_corrections,
 )
+from scan2bim.verify.reach import within_reach
 from scan2bim.verify.result import Placing, ScanPlacing
 
 if TYPE_CHECKING:
@@ -72,15 +73,33 @@ class Placement:
         return back
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """A model's planes, less the ``anchor`` (3,), and which of its elements count (e,) when it is placed."""
+
+    planes: Sequence[Plane]
+    counts: NDArray[np.bool_]
+    anchor: F64
+
+    def target(self, near: NDArray[np.bool_] | None = None) -> Target:
+        """What scans are fitted to: all that counts, or only elements that are ``near`` (e,)."""
+        used = self.counts if near is None else self.counts & near
+        return make_target(coarse_faces([plane for plane in self.planes if used[plane.element]]), used)
+
+
 def place_model(
-    inputs: Inputs, model: IfcModel, drawn: FaceTable, anchor: F64, stations: F64, summaries: Sequence[ScanSummary]
+    inputs: Inputs,
+    model: IfcModel,
+    planes: Sequence[Plane],
+    anchor: F64,
+    stations: F64,
+    summaries: Sequence[ScanSummary],
 ) -> Placement:
     """Find the placing. Raises PrecheckError where model and scans do not match."""
-    counts = np.array([e.role == "compared" for e in model.elements])
-    target = make_target(drawn, counts)
+    drawn = Drawn(planes, np.array([e.role == "compared" for e in model.elements]), anchor)
     sample = sample_surfels(Surfels.load(inputs.surfel_folder), stations)
     shift = np.array(inputs.frame.shift)
-    best, rival = _first(inputs, model, target, sample, anchor, shift)
+    best, rival, target = _first(inputs, model, drawn, sample, stations, shift)
     correction = best_fit(target, sample, best.matrix)
     matrix = correction.matrix @ best.matrix if inputs.fitted or best.method == "automatic" else best.matrix
     scans, ignored = _scans(target, sample, matrix, summaries, _residuals(inputs.building), len(stations))
@@ -102,23 +121,30 @@ def place_model(
 
 
 def _first(
-    inputs: Inputs, model: IfcModel, target: Target, sample: Sample, anchor: F64, shift: F64
-) -> tuple[Placed, float | None]:
-    """The first placing that explains enough of the scans, and the share that the next best alignment explains."""
+    inputs: Inputs, model: IfcModel, drawn: Drawn, sample: Sample, stations: F64, shift: F64
+) -> tuple[Placed, float | None, Target]:
+    """The first placing that explains enough of the scans, the share that the next best alignment explains, and what
+    of the model the scans are fitted to.
+    """
     tried: list[Placed] = []
     for method, full in _stated(inputs, model):
         matrix = full.copy()
-        matrix[:3, 3] = full[:3, :3] @ anchor + full[:3, 3] - shift
+        matrix[:3, 3] = full[:3, :3] @ drawn.anchor + full[:3, 3] - shift
+        near = within_reach(drawn.planes, len(model.elements), matrix, inputs.scan_folders, stations)
+        if not (near & drawn.counts).any():
+            continue
+        target = drawn.target(near)
         placed = Placed(method, matrix, *explained(target, sample, matrix))
         if placed.method == "given" or (placed.walls >= PLAUSIBLE and inputs.placing != "align"):
-            return placed, None
+            return placed, None, target
         tried.append(placed)
     if inputs.placing != "stated":
         from scan2bim.verify.align import align
 
+        target = drawn.target()
         found, rival = align(target, sample, inputs.building)
         if found is not None:
-            return found, rival
+            return found, rival, target
     best = max((p.walls for p in tried), default=0.0)
     raise PrecheckError(
         f"{inputs.model}: the model and the scans do not lie in one place: at most {100 * best:.0f} % of the scanned "

@@ -52,13 +52,15 @@ class Surface:
     """The cells of a model with all that is known of them: (c,) each.
 
     bits as in ``visibility``; reveal: it lines an opening, so that frames hide it and it counts for the opening;
-    is_measured: it has enough points.
+    is_measured: it has enough points. beyond: square metres (e,) of elements that lie beyond what the scans reach, of
+    which there are no cells.
     """
 
     table: FaceTable
     measured: Measured
     bits: NDArray[np.uint8]
     reveal: Mask
+    beyond: F64
     is_measured: Mask = field(init=False)
 
     def __post_init__(self) -> None:
@@ -79,10 +81,25 @@ def judge_elements(
     """A result for each compared element; ``to_model`` (4, 4) takes the cells' frame to the model's axes."""
     order, ends = surface.table.by_element(len(elements))
     return [
-        _judge(element, order[ends[i] : ends[i + 1]], surface, tolerances[i], to_model)
+        _beyond(element, float(surface.beyond[i]), tolerances[i])
+        if surface.beyond[i] > 0.0
+        else _judge(element, order[ends[i] : ends[i + 1]], surface, tolerances[i], to_model)
         for i, element in enumerate(elements)
         if element.role == "compared"
     ]
+
+
+def _beyond(element: ModelElement, area: float, tolerance: float) -> ElementResult:
+    return ElementResult(
+        guid=element.guid,
+        ifc_class=element.ifc_class,
+        name=element.name,
+        storey=element.storey,
+        status="not_enough_data",
+        reason="It lies beyond what the scans reach.",
+        tolerance=tolerance,
+        area=round(area, 4),
+    )
 
 
 def _judge(

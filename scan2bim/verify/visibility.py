@@ -8,15 +8,13 @@ it, or was blocked before it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, cube_cell
-from scan2bim.verify.faces import FaceTable, oriented
-from scan2bim.verify.ifc_model import ModelElement
+from scan2bim.verify.faces import FaceTable, Plane
 
 F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
@@ -38,50 +36,36 @@ VISIBLE, LOOKED_THROUGH, BLOCKED, SAW = 1, 2, 4, 8
 something in it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bodies:
-    """Triangles (t, 3, 3) float64 that rays do not pass, in the frame of the stations."""
-
-    corners: F64
-
-
-def opaque_bodies(elements: Sequence[ModelElement], anchor: F64, matrix: F64) -> Bodies:
-    """Of all elements but openings, what fills them (doors stand open or closed) and glass; less ``anchor`` (3,), then
-    moved by ``matrix`` (4, 4).
+def opaque_bodies(planes: Sequence[Plane], opaque: NDArray[np.bool_], matrix: F64) -> F64:
+    """Triangles (t, 3, 3) that rays do not pass: of the elements that are ``opaque`` (e,) bool, less their glass; moved
+    by ``matrix`` (4, 4).
     """
-    parts = [
-        e.vertices[triangles[~e.glass[kept]]] - anchor
-        for e in elements
-        if e.role in ("compared", "context")
-        for triangles, kept, _ in [oriented(e.vertices, e.triangles)]
-    ]
+    parts = [p.corners for p in planes if opaque[p.element] and not p.glass]
     corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
-    return Bodies(np.ascontiguousarray(corners @ matrix[:3, :3].T + matrix[:3, 3]))
+    return np.ascontiguousarray(corners @ matrix[:3, :3].T + matrix[:3, 3])
 
 
 def look(
     table: FaceTable,
-    bodies: Bodies,
+    bodies: F64,
     panoramas: Sequence[Panorama],
     asked: NDArray[np.bool_],
     progress: Callable[[float], None],
 ) -> U8:
-    """Bits (c,) of each cell, 0 for those not ``asked`` (c,) bool; the ranges of panoramas are read one by one."""
+    """Bits (c,) of each cell, 0 for those not ``asked`` (c,) bool; ``bodies`` (t, 3, 3) are triangles that rays do not
+    pass. The ranges of panoramas are read one by one.
+    """
     cells = np.flatnonzero(asked & ~table.glass[table.cell_face])
-    centres = table.centres(cells)
-    normals = table.normal[table.cell_face[cells]]
-    two_sided = table.two_sided[table.cell_face[cells]]
-    bits = np.zeros(len(cells), np.uint8)
+    bits = np.zeros(len(asked), np.uint8)
+    faces = (table.normal, table.origin, table.u, table.v, table.size, table.two_sided)
     drawn = np.empty((6, EDGE, EDGE), np.float32)
     for done, panorama in enumerate(panoramas):
         drawn.fill(0.0)
-        _draw(bodies.corners, panorama.position, drawn)
+        _draw(bodies, panorama.position, drawn)
         _to_ranges(drawn)
-        _ask(centres, normals, two_sided, panorama.position, drawn, panorama.ranges, bits)
+        _ask(cells, table.cell_face, table.cell_at, faces, panorama.position, drawn, panorama.ranges, bits)
         progress((done + 1) / len(panoramas))
-    out = np.zeros(len(asked), np.uint8)
-    out[cells] = bits
-    return out
+    return bits
 
 
 @nb.njit(cache=True, nogil=True)
@@ -185,19 +169,23 @@ def _to_ranges(nearness):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
-def _ask(centres, normals, two_sided, position, drawn, ranges, bits):  # pyright: ignore
-    """Set the bits of cells (c, 3) by what one station's drawn model and panorama hold in their direction."""
+def _ask(cells, cell_face, cell_at, faces, position, drawn, ranges, bits):  # pyright: ignore
+    """Set the bits of some cells by what one station's drawn model and panorama hold in their direction."""
+    normal, origin, u, v, size, two_sided = faces
     n = drawn.shape[1]
     edge = ranges.shape[1]
-    for i in range(centres.shape[0]):
-        dx = centres[i, 0] - position[0]
-        dy = centres[i, 1] - position[1]
-        dz = centres[i, 2] - position[2]
+    for i in cells:
+        face = cell_face[i]
+        p = (cell_at[i, 0] + 0.5) * size[face]
+        q = (cell_at[i, 1] + 0.5) * size[face]
+        dx = origin[face, 0] + p * u[face, 0] + q * v[face, 0] - position[0]
+        dy = origin[face, 1] + p * u[face, 1] + q * v[face, 1] - position[1]
+        dz = origin[face, 2] + p * u[face, 2] + q * v[face, 2] - position[2]
         d = np.sqrt(dx * dx + dy * dy + dz * dz)
         if d > FARTHEST or d < 0.1:
             continue
-        cosine = -(dx * normals[i, 0] + dy * normals[i, 1] + dz * normals[i, 2]) / d
-        if two_sided[i]:
+        cosine = -(dx * normal[face, 0] + dy * normal[face, 1] + dz * normal[face, 2]) / d
+        if two_sided[face]:
             cosine = abs(cosine)
         if cosine < STEEPEST:
             continue
