@@ -27,6 +27,8 @@ UPRIGHT = 0.4
 """Share of the heights that a step must fill."""
 LEAST = 0.55
 """Share of a leaf's length that must be upright: furniture hides the rest."""
+BEYOND = 0.35
+"""Distance beyond a leaf's end, metres, over which it must not go on."""
 FEWEST = 20
 """Surfels by which a leaf's direction is fitted."""
 WORST_TURN = np.radians(12)
@@ -64,12 +66,15 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
     length = width if width <= WIDEST else width / 2
     if length > WIDEST:
         return None
+    at_jambs = np.hypot(np.minimum(np.abs(along - offset), np.abs(along - offset - width)), across)
+    rows = np.flatnonzero((at_jambs < length + BEYOND + wall.thickness / 2) & (body | above))
+    along, across, up, body, above = along[rows], across[rows], up[rows], body[rows], above[rows]
     best: Leaf | None = None
     for hinge, place, inward in (("start", offset, 1.0), ("end", offset + width, -1.0)):
         for side, sign in (("left", 1.0), ("right", -1.0)):
             for depth in (0.0, 0.5, 1.0):
                 u, v = (along - place) * inward, (across - sign * depth * wall.thickness / 2) * sign
-                near = (np.hypot(u, v) < length + 0.35) & (v > -BAND)
+                near = (u * u + v * v < (length + BEYOND) ** 2) & (v > -BAND)
                 low, high = near & body, near & above
                 share, angle = _best_angle(u[low], v[low], up[low], u[high], v[high], length)
                 if share >= LEAST and (best is None or share > best.share + 0.02):

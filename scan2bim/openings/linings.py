@@ -131,12 +131,12 @@ def profile(image: Orthoimage, box: tuple[float, float, float, float], side: int
     along = np.arange(image.depth.shape[axis])[span]
     lines = np.ix_(along, pixels) if side < 2 else np.ix_(pixels, along)
     flush = (image.count[lines] > 0) & (np.abs(image.depth[lines]) < FLUSH)
-    colour = np.where(flush[..., None], image.rgb[lines], np.nan).astype(np.float64)
-    enough = flush.sum(axis) >= FEWEST
+    flush, rgb = (flush, image.rgb[lines]) if side < 2 else (flush.T, image.rgb[lines].transpose(1, 0, 2))
+    count = flush.sum(0)
+    ordered = np.sort(np.where(flush[..., None], rgb, np.inf), axis=0)
     out = np.full((len(pixels), 3), np.nan)
-    if enough.any():
-        chosen = colour[:, enough] if axis == 0 else colour[enough]
-        out[enough] = np.nanmedian(chosen, axis=axis)
+    for k in np.flatnonzero(count >= FEWEST).tolist():
+        out[k] = (ordered[(count[k] - 1) // 2, k].astype(np.float64) + ordered[count[k] // 2, k]) / 2
     outwards = np.asarray(((pixels + 0.5) * PIXEL - edge) * outward, np.float64)
     return outwards, out
 

@@ -49,10 +49,21 @@ class WallPoints:
     rgb: NDArray[np.uint8]
     station: NDArray[np.uint16]
 
-    def pick(self, keep: NDArray[np.bool_]) -> WallPoints:
-        """Those of a mask (n,)."""
-        rows = np.flatnonzero(keep)
+    def inside(self, left: float, right: float, bottom: float, top: float) -> WallPoints:
+        """Those within a rectangle of the wall, metres."""
+        rows = within(self.along, self.up, np.array([left, right, bottom, top], np.float32))
         return WallPoints(self.along[rows], self.across[rows], self.up[rows], self.rgb[rows], self.station[rows])
+
+
+@nb.njit(cache=True, nogil=True)
+def within(along, up, box):  # pyright: ignore
+    """Numbers of the points (n,) inside a box (4,) float32."""
+    rows = np.empty(len(along), np.int64)
+    used = 0
+    for i in range(len(along)):
+        rows[used] = i
+        used += (along[i] > box[0]) & (along[i] < box[1]) & (up[i] > box[2]) & (up[i] < box[3])
+    return rows[:used]
 
 
 def points_by_wall(

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.edges import FEWEST, MARGIN, REACH, Edge, find_edge
-from scan2bim.openings.wall_image import PIXEL, PROUD, Box, WallImage, part, within
+from scan2bim.openings.near_points import within
+from scan2bim.openings.wall_image import PIXEL, PROUD, Box, WallImage, part
 
 FARTHEST = 0.6
 """Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""

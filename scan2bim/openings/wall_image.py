@@ -99,17 +99,6 @@ def part(raster: NDArray[Any], left: float, right: float, bottom: float, top: fl
     return raster[rows, max(0, round(left / PIXEL)) : max(0, round(right / PIXEL))]
 
 
-@nb.njit(cache=True, nogil=True)
-def within(along, up, box):  # pyright: ignore
-    """Numbers of the points (n,) inside a box (4,) float32."""
-    rows = np.empty(len(along), np.int64)
-    used = 0
-    for i in range(len(along)):
-        rows[used] = i
-        used += (along[i] > box[0]) & (along[i] < box[1]) & (up[i] > box[2]) & (up[i] < box[3])
-    return rows[:used]
-
-
 def _side(wall: WallShape, stations: F64) -> F32:
     """1 for each station left of the wall, -1 right of it, 0 within it or where its position is unknown."""
     _, place = wall.locate(stations[:, :2])

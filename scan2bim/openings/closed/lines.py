@@ -133,9 +133,13 @@ def find_lines(support: Support, contrast: Contrast, first: int, last: int, leas
     share, seen = support.share(places, np.full(len(places), first), np.full(len(places), last))
     strength = _strength(contrast.step[first:last], contrast.ridge[first:last]) / max(last - first, 1)
     score = np.where((share >= least) & (seen > LEAST_SEEN), share + 0.1 * strength, 0)
-    padded = np.pad(score, apart)
-    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * apart + 1).max(1)
-    return middles(np.flatnonzero((score > 0) & (score >= window)))
+    return middles(np.flatnonzero((score > 0) & (score >= largest_near(score[None], apart)[0])))
+
+
+def largest_near(values: NDArray[np.floating], reach: int) -> NDArray[np.floating]:
+    """The largest of values (r, c), none negative, within ``reach`` columns."""
+    padded = np.pad(values, ((0, 0), (reach, reach)))
+    return np.maximum.reduce([padded[:, k : k + values.shape[1]] for k in range(2 * reach + 1)])
 
 
 @nb.njit(cache=True, nogil=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, contrasts
-from scan2bim.openings.closed.lines import Support, find_lines, support_of
+from scan2bim.openings.closed.lines import Support, find_lines, largest_near, support_of
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
 F32 = NDArray[np.float32]
@@ -169,8 +169,7 @@ def _with_heads(
         here, seen = face.heads.share(row, first, last)
         share = np.maximum(share, np.where(seen > 0.3, here, 0))
     grid = share.reshape(len(left), len(rows))
-    padded = np.pad(grid, ((0, 0), (APART, APART)))
-    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * APART + 1, axis=1).max(2)
+    window = largest_near(grid, APART)
     middle = (grid >= LEAST_HEAD) & (grid >= window) & (np.pad(grid, ((0, 0), (1, 0)))[:, :-1] < grid)
     i, j = np.nonzero(middle)
     return left[i], right[i], rows[j], grid[i, j]

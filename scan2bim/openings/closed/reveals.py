@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.closed.edges import LAP, SIGMAS, Edge, Kind, edges_of, moved
+from scan2bim.openings.closed.edges import FARTHEST, LAP, SIGMAS, Edge, Kind, edges_of, moved
 from scan2bim.openings.closed.rectangles import Face, Rectangle
 from scan2bim.openings.door_linings import WIDEST, flush_lining
 from scan2bim.openings.near_points import WallPoints
@@ -62,7 +62,7 @@ def opening_edges(faces: Sequence[Face], box: Rectangle, points: WallPoints, hal
     near the wall, of which ``half`` the thickness is given.
     """
     edges = edges_of(faces, box)
-    found = [_reveal_at(box, k, edge, points, half) for k, edge in enumerate(edges)]
+    found = _reveals(box, edges, points, half)
     if any(edge is not None and edge.is_trim for edge in edges):
         return _behind_trims(edges, found)
     shown = [k for k, reveal in enumerate(found) if reveal is not None]
@@ -74,7 +74,7 @@ def opening_edges(faces: Sequence[Face], box: Rectangle, points: WallPoints, hal
 def behind_trims(faces: Sequence[Face], box: Rectangle, points: WallPoints, half: float) -> list[Edge | None]:
     """The same of an open door, of which ``box`` is clear: only where trims lie on the wall."""
     edges = [edge if edge is not None and edge.is_trim else None for edge in edges_of(faces, box)]
-    return _behind_trims(edges, [_reveal_at(box, k, edge, points, half) for k, edge in enumerate(edges)])
+    return _behind_trims(edges, _reveals(box, edges, points, half))
 
 
 def _behind_trims(edges: Sequence[Edge | None], found: Sequence[Reveal | None]) -> list[Edge | None]:
@@ -115,6 +115,13 @@ def _behind_trim(edge: Edge | None, reveal: Reveal | None, lap: float, lined: bo
         return Edge(reveal.place + reveal.strip + lap, SIGMAS["trim"], "trim", True)
     kind: Kind = "lined" if lined else "trim"
     return Edge(reveal.place + reveal.strip + lap * lined, SIGMAS[kind], kind, True)
+
+
+def _reveals(box: Rectangle, edges: Sequence[Edge | None], points: WallPoints, half: float) -> list[Reveal | None]:
+    """The reveals left, right and at the head of a rectangle, near those of its ``edges`` that were found."""
+    reach = FARTHEST + LAPS + STRIP + 2 * TRIM
+    near = points.inside(box.left - reach, box.right + reach, 0.0, box.top + reach)
+    return [_reveal_at(box, k, edge, near, half) for k, edge in enumerate(edges)]
 
 
 def _reveal_at(box: Rectangle, side: int, edge: Edge | None, points: WallPoints, half: float) -> Reveal | None:
