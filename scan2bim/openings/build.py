@@ -36,14 +36,16 @@ WIDEST_LEAF = 1.1
 be seen."""
 TALLEST_DOOR = 3.0
 """Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
+SWUNG = np.radians(70)
+"""Angle from closed up to which a leaf still hangs in its opening and may be taken for a pane."""
 NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
 BELOW = 0.9
 """Share of an opening that lies below its wall's upper edge: what is seen beyond a roof's slope is no opening."""
 SCRATCH = ".near.bin"
 """File that holds the points near walls while openings are looked for."""
-SURER = 0.2
-"""Difference of probabilities by which a window must be surer than a closed door to replace it."""
+SURER = 0.1
+"""Difference of probabilities by which a window must be surer than a closed door to replace it: what both err by."""
 STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
 LOOKED_THROUGH = 0.15
@@ -186,10 +188,12 @@ def _close(panoramas: Mapping[int, Panorama], wall: WallShape) -> dict[int, Pano
 
 
 def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
-    """A door with the leaf that was seen at it; a wide opening without one is a passage."""
-    if opening.kind == "window" or opening.glazed or opening.width < NARROWEST_LEAF:
+    """A door with the leaf that was seen at it; a wide opening without one is a passage. One that seems glazed and has
+    a leaf that stands open is not: what hung in it was that.
+    """
+    if opening.kind == "window" or opening.width < NARROWEST_LEAF:
         return opening
-    if opening.height > TALLEST_DOOR:
+    if opening.height > TALLEST_DOOR and not opening.glazed:
         return replace(opening, kind="passage", state="unknown")
     wall = wall.straight_at(opening.offset + opening.width / 2)
     middle = wall.place(np.array([opening.offset + opening.width / 2]))[0]
@@ -197,7 +201,7 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     z = surfels.xyz[rows, 2]
     points = surfels.xyz[rows[(z > wall.base) & (z < wall.top)]].astype(np.float64)
     leaf = find_leaf(wall, opening.offset, opening.width, opening.sill + opening.height, points)
-    if leaf is not None:
+    if leaf is not None and not (opening.glazed and leaf.angle > SWUNG):
         return replace(
             opening,
             kind="door",
@@ -206,8 +210,9 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
             hinge=leaf.hinge,
             swing=leaf.side,
             leaves=1 if opening.width <= WIDEST else 2,
+            glazed=None,
         )
-    if opening.width > WIDEST_LEAF:
+    if opening.width > WIDEST_LEAF and not opening.glazed:
         return replace(opening, kind="passage", state="unknown")
     return opening
 

@@ -42,6 +42,8 @@ NEAREST = 0.25
 ENOUGH = 8_000
 """Points of each station near a wall by which a face's planes, its own offset and its gains are fitted: noise of 2 mm
 is then under 0.05 mm."""
+DOOR_HEADS = 2.3
+"""Height over the base, metres, above which few doors reach."""
 CLOSE = 0.01
 """Distance to the plane, metres, of the points by which a station's offset is taken."""
 MODE = 0.002
@@ -186,15 +188,28 @@ def _planes(sample: _Sample, parts: int) -> F64:
 
 
 def _plane(along: F32, up: F32, depth: F32) -> F64:
-    """Depth at the start and base of a wall, and its slopes along and up."""
-    plane = np.array([_mode(depth), 0.0, 0.0])
-    for band in (0.015, 0.010, 0.008, 0.008):
-        count, normal, right = _equations(along, up, depth, plane, band)
+    """Depth at the start and base of a wall, and its slopes along and up: of the planes that the most frequent depths
+    of all and of what lies above doors lead to the one that holds more. Leaves in one plane may be more alike in depth
+    than a wall that its own line follows badly.
+    """
+    above = up > DOOR_HEADS
+    starts = [np.ones(len(up), np.bool_), above] if above.sum() >= LEAST else [np.ones(len(up), np.bool_)]
+    found = [_plane_from(along, up, depth, start) for start in starts]
+    return max(found, key=lambda f: f[0])[1]
+
+
+def _plane_from(along: F32, up: F32, depth: F32, start: NDArray[np.bool_]) -> tuple[int, F64]:
+    """How many points lie near the plane that those of a mask ``start`` (n,) lead to, and the plane."""
+    first = along[start], up[start], depth[start]
+    plane, held = np.array([_mode(first[2]), 0.0, 0.0]), 0
+    for band, rows in ((0.015, first), (0.010, first), (0.008, (along, up, depth)), (0.008, (along, up, depth))):
+        count, normal, right = _equations(*rows, plane, band)
         if count < FEWEST:
             break
         weight = TRUSTED / count
         plane = np.asarray(np.linalg.solve(normal * weight + np.diag(PRIOR), right * weight), np.float64)
-    return plane
+        held = count
+    return held, plane
 
 
 def _mode(depth: F32) -> float:

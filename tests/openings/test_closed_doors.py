@@ -153,3 +153,23 @@ def test_the_paper_finds_doors_that_differ_in_depth_colour_or_both(recess: float
 def test_the_papers_thresholds_are_settings() -> None:
     strict = OpeningSettings(paper_outline=1.0, paper_wall=0.0, paper_dominant=1.0)
     assert not closed_doors_of(face(0.03, 0.1), strict).doors
+
+
+def test_leaves_that_are_more_alike_in_depth_than_the_wall_are_not_taken_for_it() -> None:
+    """The wall's own line follows it by 15 mm only, and two wide leaves hang in one plane before that line."""
+    rng = np.random.default_rng(2)
+    along, up = rng.uniform(0, 3.9, 30_000), rng.uniform(0, 3.0, 30_000)
+    leaf = (up < 2.2) & (((along > 0.7) & (along < 1.85)) | ((along > 2.85) & (along < 3.85)))
+    depth = np.where(leaf, -0.004, 0.010 + 0.004 * along) + rng.normal(0, 0.001, len(along))
+    wall = WallShape((0, 0), (3.9, 0), 0.3, 0.001, 0, 3.0, True, (0,), (), 0, 0, 1, 1, (), (0, 0, 0))
+    points = WallPoints(
+        along.astype(np.float32),
+        (depth + 0.15).astype(np.float32),
+        up.astype(np.float32),
+        np.full((len(along), 3), 180, np.uint8),
+        np.zeros(len(along), np.uint16),
+    )
+    image = orthoimage(wall, "left", points, np.array([[2.0, 3.0, 1.5]]), {})
+    assert image is not None
+    assert abs(float(np.median(image.depth[250:, 20:370]))) < 0.005
+    assert float(np.median(image.depth[50:200, 90:170])) < -0.012
