@@ -23,6 +23,9 @@ along walls is mostly deeper. A face narrower than this reaches as far as it is 
 is another thing."""
 LEAST_REACH = 0.03
 """Reach of the narrowest faces, metres."""
+TOP, TOP_REACH = 0.6, 0.05
+"""Width, metres, of faces that look up which are the tops of walls, and how far they reach: in models without floors,
+those of the storey above lie over them."""
 VOXEL = 0.08
 """Edge of the voxels in which points tell their normal, metres: some ten points of a usual scan on a surface."""
 NV = round(TILE / VOXEL)
@@ -60,7 +63,9 @@ class FaceBins:
 
 def reach_of(table: FaceTable) -> F64:
     """How far each face (f,) reaches, metres."""
-    return np.clip(table.shape.min(axis=1) * table.size, LEAST_REACH, REACH)
+    width = table.shape.min(axis=1) * table.size
+    top = (table.normal[:, 2] > 0.9) & (width < TOP)
+    return np.clip(width, LEAST_REACH, np.where(top, TOP_REACH, REACH))
 
 
 def face_arrays(table: FaceTable) -> tuple[NDArray[Any], ...]:

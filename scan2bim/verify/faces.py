@@ -31,6 +31,8 @@ ANGLE_STEP = 0.004
 """Normals are grouped in steps of this (radians): far below what the drawing of a curve is divided in."""
 OFFSET_STEP = 0.002
 """Planes are grouped in steps of this, metres: less than any comparison resolves."""
+EDGES = 12
+"""Longest edges of a level face that its grid is tried along."""
 BODY, FILL, PATCH = 0, 1, 2
 """Parts that faces play: most measure their element; those of doors and windows in walls only explain points, for
 leaves stand open and linings differ; patches, the wall's surface across an opening, measure there instead."""
@@ -236,13 +238,17 @@ def _crossed(corners: F64) -> F64:
 
 
 def _axes(normal: F64, corners: F64) -> tuple[F64, F64]:
-    """Axes in the plane: level and upwards on what stands, along the longest edge on what lies."""
+    """Axes in the plane: level and upwards on what stands, along the least box round it on what lies."""
     if abs(normal[2]) < 0.9:
         u = np.array([-normal[1], normal[0], 0.0])
     else:
         edges = (corners - np.roll(corners, 1, axis=1)).reshape(-1, 3)
-        u = edges[np.argmax(np.linalg.norm(edges, axis=1))]
-        u = u - (u @ normal) * normal
+        edges = edges[np.argsort(-np.linalg.norm(edges, axis=1), kind="stable")[:EDGES]]
+        edges = edges - np.outer(edges @ normal, normal)
+        along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), 1e-9)
+        points = corners.reshape(-1, 3)
+        box = np.ptp(points @ along.T, axis=0) * np.ptp(points @ np.cross(normal, along).T, axis=0)
+        u = along[int(np.argmin(box))]
     u = u / math.sqrt(float(u @ u))
     (a, b, c), (x, y, z) = normal.tolist(), u.tolist()
     return u, np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -27,8 +27,8 @@ LEAST_COVERAGE = 0.03
 WITHIN = 0.90
 """Share of an element's own measured surface that must lie within its tolerance; the rest may be fixings, joints and
 edges that are not drawn."""
-LEAST_OFF = 0.02
-"""Square metres that must be off at the least for that share to count: of a handrail it is a few cells at edges."""
+LEAST_OFF = 0.05
+"""Square metres that must be off at the least for that share to count: less are a few cells at edges."""
 FACE_AREA = 0.10
 """Square metres measured of a face whose own median is judged, and at least a tenth of all that was measured of the
 element: less may be a fixing, or what covers a reveal."""

@@ -130,6 +130,14 @@ def load_seen(scene: Path) -> Seen:
     )
 
 
+def load_truth(scene: Path) -> Seen:
+    """The truth of a scene alone, without points."""
+    truth = json.loads((scene / "truth.json").read_text(encoding="utf-8"))
+    none = np.zeros(0, np.int16)
+    stations = np.array([s["pos"] for s in truth["stations"]])
+    return Seen(np.zeros(3), np.zeros((0, 3), np.float32), none, none.astype(np.uint16), (), stations, truth)
+
+
 def read_ply(path: Path) -> F64:
     """Coordinates (n, 3) of a binary little-endian PLY file of points alone."""
     with path.open("rb") as file:

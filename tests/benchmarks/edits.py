@@ -1,11 +1,11 @@
 """Seeded changes to models of simulated scenes, verified against the scans of the unchanged ones.
 
-    ./run edits SCENES_DIR [--scenes NAME ...] [--runs N] [--edits N] [--out DIR]
+    ./run edits SCENES_DIR [--scenes NAME ...] [--unedited PATH ...] [--runs N] [--edits N] [--out DIR]
 
 A scene is a folder with e57/ and reference.ifc, the model in scan coordinates, and what tells which element each point
 lies on: labels.npz, ply/merged.ply, truth.json. Each run makes some changes to walls, slabs, columns, doors and windows
-of one model, verifies it at 10 mm, and compares what was found with what was changed. The table goes to
-docs/results.md.
+of one model, verifies it at 10 mm, and compares what was found with what was changed. Models of other scenes (with
+e57/, reference.ifc and truth.json) are verified unchanged. The tables go to docs/results.md.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from conversion import COMMAND
 from document import ROOT, table, write_section
 from edit_kinds import MAKERS, Edit, Subject
-from edit_truth import Seen, load_seen
+from edit_truth import Seen, load_seen, load_truth
 
 from scan2bim.verify.ifc_model import IfcModel, read_model
 from scan2bim.verify.result import FAULTS, Addition, ElementResult, Report, load_report
@@ -59,6 +59,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes_dir", type=Path)
     parser.add_argument("--scenes", nargs="*", default=["duplex_mixed", "fzk_house", "jasmin_asmodelled"])
+    parser.add_argument("--unedited", nargs="*", type=Path, default=[Path("quick_house")])
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--edits", type=int, default=10)
     parser.add_argument("--out", type=Path, default=OUT)
@@ -76,6 +77,10 @@ def main() -> int:
         edits = edit_model(scenes[name], model, options.edits, number)
         outcomes.append(compare(scenes[name], verified(model, scene, work, f"run_{number}"), edits))
         print(name, *outcomes[-1].lines, sep="\n  ", file=sys.stderr, flush=True)
+    for scene in (options.scenes_dir / path for path in options.unedited):
+        model = scene / "reference.ifc"
+        bases[scene.name] = verified(model, scene, options.out / scene.name, "base")
+        scenes[scene.name] = Original(model, read_model(model), load_truth(scene))
     text = section(outcomes, bases, scenes)
     write_section("edits", text)
     print(text)
