@@ -38,6 +38,8 @@ FEWEST = 15
 """Rays that must end on reveals, and that must go on, to know a thickness from both sides."""
 STRAY = 0.04
 """Share of rays that a pane mirrors or that meet something else: they contradict any thickness."""
+MOST_WRONG = 0.2
+"""Share of rays that may contradict every thickness: more do where the edges of what is solid are not openings'."""
 LOOSE = 0.08
 """Metres between the least and the greatest thickness that agree with the rays, from which on it is not measured."""
 F64 = NDArray[np.float64]
@@ -61,7 +63,9 @@ class Crossings:
         if self.ended.sum() + self.passed.sum() < FEWEST:
             return 0.0, np.inf
         wrong = np.append(0.0, np.cumsum(self.passed)) + np.append(np.cumsum(self.ended[::-1])[::-1], 0.0)
-        slack = max(2.0, STRAY * min(self.ended.sum(), self.passed.sum()))
+        if wrong.min() > MOST_WRONG * (self.ended.sum() + self.passed.sum()):
+            return 0.0, np.inf
+        slack = max(2.0, 3.0 * wrong.min() ** 0.5, STRAY * min(self.ended.sum(), self.passed.sum()))
         fit = np.flatnonzero(wrong <= wrong.min() + slack)
         best = int(np.argmin(wrong))
         first = max((k for k in range(best) if k not in fit), default=-1) + 1

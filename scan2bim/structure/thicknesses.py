@@ -137,7 +137,7 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     """The walls of which one face was seen, storey by storey; outer ones are ``least`` metres thick where rays tell
     nothing in the whole building.
     """
-    plain = [OneFaced(least, partition_of(s.axes), outline_of(s.spaces)) for s in storeys]
+    plain = [OneFaced(least, partition_of(s.axes), built_over(storeys[k:])) for k, s in enumerate(storeys)]
     outer = [[f for f in s.faces if p.is_outer(f.ends)] for s, p in zip(storeys, plain, strict=True)]
     building = common_thickness([face for faces in outer for face in faces]) or least
     out: list[OneFaced] = []
@@ -147,6 +147,11 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
         known = tuple((f.ends, *_thickness_of(f, walls.assumed(f.ends))) for f in storey.faces)
         out.append(replace(walls, known=known))
     return out
+
+
+def built_over(storeys: Sequence[StoreyFaces]) -> BaseGeometry:
+    """What the lowest of some storeys takes up: its own outline, and what the others stand over."""
+    return shapely.union_all([outline_of(storey.spaces) for storey in storeys])
 
 
 def outline_of(spaces: Sequence[Polygon]) -> BaseGeometry:

@@ -37,6 +37,10 @@ IN_OTHERS = 0.5
 """Share of its area that lies in others then."""
 BRIDGE = 1.2
 """Gap, metres, across which walls in one line are one wall, if no space lies in it."""
+LONGEST_PIER, DEEPEST = 6.0, 0.6
+"""Length, metres, of piers, and how far they stand before a wall, behind which it goes on."""
+COVERED = 0.8
+"""Share of a gap that piers must cover."""
 TOUCH = 1e-3
 """Distance, metres, within which an end lies on a point."""
 IN_LINE = 0.04
@@ -177,13 +181,13 @@ def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
         done: list[Axis] = []
         merged = False
         taken = [False] * len(pieces)
-        near = _neighbours([np.array([a.start, a.end]) for a in pieces], BRIDGE + IN_LINE)
+        near = _neighbours([np.array([a.start, a.end]) for a in pieces], LONGEST_PIER)
         for i, longest in enumerate(pieces):
             if taken[i]:
                 continue
             piece = longest
             for j in near[i]:
-                if j > i and not taken[j] and _continues(piece, pieces[j], obstacle):
+                if j > i and not taken[j] and _continues(piece, pieces[j], obstacle, [pieces[k] for k in near[i]]):
                     piece = _union(piece, pieces[j])
                     taken[j] = merged = True
             done.append(piece)
@@ -192,8 +196,10 @@ def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
             return pieces
 
 
-def _continues(a: Axis, b: Axis, obstacle: BaseGeometry) -> bool:
-    """Whether the shorter wall b goes on in the line of a, with like thickness, and no space between."""
+def _continues(a: Axis, b: Axis, obstacle: BaseGeometry, around: Sequence[Axis]) -> bool:
+    """Whether the shorter wall b goes on in the line of a, with like thickness, and no space between: near it, or
+    behind piers that stand before both, of those ``around``.
+    """
     if b.length > 0.1 and abs(a.direction @ b.direction) < PARALLEL:
         return False
     off = np.abs((np.array([b.start, b.end]) - a.start) @ a.normal).max()
@@ -203,12 +209,29 @@ def _continues(a: Axis, b: Axis, obstacle: BaseGeometry) -> bool:
         return False
     along = sorted(float((p - a.start) @ a.direction) for p in (b.start, b.end))
     low, high = (a.length, along[0]) if along[0] > a.length / 2 else (along[1], 0.0)
-    if high - low > BRIDGE:
+    if high - low > BRIDGE and not (high - low < LONGEST_PIER and _behind_piers(a, low, high, around)):
         return False
     if high - low < 0.03:
         return True
     gap = shapely.linestrings([a.start + a.direction * (low + 0.01), a.start + a.direction * (high - 0.01)])
     return not obstacle.intersects(gap)
+
+
+def _behind_piers(a: Axis, low: float, high: float, around: Sequence[Axis]) -> bool:
+    """Whether walls of which one face was seen stand before the line of such a wall along most of a gap in it: piers,
+    furred columns and ducts, behind which it goes on.
+    """
+    if a.measured:
+        return False
+    before = a.inset / max(float(np.linalg.norm(a.inset)), 1e-9)
+    covered = 0.0
+    for pier in around:
+        step = float((pier.start + pier.inset - a.start - a.inset) @ before)
+        if pier.measured or float(pier.inset @ before) <= PARALLEL * pier.thickness / 2 or not IN_LINE < step < DEEPEST:
+            continue
+        along = sorted(float((p - a.start) @ a.direction) for p in (pier.start, pier.end))
+        covered += max(0.0, min(high, along[1]) - max(low, along[0]))
+    return covered > COVERED * (high - low)
 
 
 def _union(a: Axis, b: Axis) -> Axis:

@@ -136,6 +136,15 @@ def test_a_room_on_a_longer_corridor_joins_its_walls_exactly() -> None:
     assert_ends_lie_on_their_walls(axes, joins)
 
 
+def test_a_wall_goes_on_behind_the_piers_before_it() -> None:
+    piers = [(8, 4), (8, 3.8), (6, 3.8), (6, 4), (4, 4), (4, 3.8), (2, 3.8), (2, 4)]
+    axes, _ = find_walls([Polygon([(0, 0), (10, 0), (10, 4), *piers, (0, 4)])])
+    long = [a for a in axes if a.length > 9 and a.start[1] > 3]
+    assert [round(float(a.start[1] - a.thickness / 2), 3) for a in long] == [4.0]
+    before = [a for a in axes if 1 < a.length < 3 and a.start[1] > 3]
+    assert [round(a.thickness, 3) for a in before] == [0.2, 0.2]
+
+
 def test_without_spaces_there_are_no_walls() -> None:
     assert find_walls([], []) == ([], [])
 
