@@ -93,3 +93,27 @@ def test_a_lintel_hangs_lower_than_the_ceilings_on_both_sides() -> None:
     assert under_lintel(LineString([(5.1, 3.5), (5.1, 0.5)]), plan)
     assert not under_lintel(LineString([(3.0, 0.5), (3.0, 3.5)]), plan)
     assert not under_lintel(LineString([(3.5, 2.0), (6.5, 2.0)]), plan)
+
+
+@pytest.mark.parametrize("degrees", YAWS)
+def test_corridors_in_a_ring_are_parted_from_the_halls_that_they_join(degrees: float) -> None:
+    ring = shapely.box(0, 0, 20, 16).difference(shapely.box(2, 5, 18, 11)).difference(shapely.box(1.5, 6, 2, 10))
+    ring = ring.difference(shapely.box(17.9, 6, 18.5, 10))  # halls of 20 x 5 m, corridors of 1.5 m at both sides
+    polygon = rotate(union(ring.difference(shapely.box(1.5, 5, 2, 11)).buffer(0)), degrees, origin=(0, 0))
+    parts, cuts = split_at_portals(polygon, without)
+    assert len(cuts) == len(parts) == 4
+    assert sorted(p.area for p in parts)[2:] == pytest.approx([100, 100], abs=2)
+
+
+@pytest.mark.parametrize("degrees", YAWS)
+def test_a_corridor_that_meets_another_ends_at_its_wall(degrees: float) -> None:
+    crossing = union(shapely.box(0, 0, 16, 2), shapely.box(6, 1.9, 8, 10))
+    parts, (cut,) = split_at_portals(rotate(crossing, degrees, origin=(0, 0)), without)
+    assert sorted(p.area for p in parts) == pytest.approx([16, 32], abs=0.1)
+    assert cut.length == pytest.approx(2.0, abs=0.01)
+
+
+@pytest.mark.parametrize("degrees", YAWS)
+def test_a_corridor_stays_whole_at_its_corners_and_bays(degrees: float) -> None:
+    corridor = union(shapely.box(0, 0, 12, 2), shapely.box(10, 0, 12, 9), shapely.box(3, 1.9, 6, 3))
+    assert len(split_at_portals(rotate(corridor, degrees, origin=(0, 0)), without)[0]) == 1
