@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from scan2bim.cloud.surfels import Surfels
 from scan2bim.errors import PrecheckError
 from scan2bim.model.elements import Building, ScanResidual
 from scan2bim.verify.faces import Plane, coarse_faces
-from scan2bim.verify.ifc_model import IfcModel
+from scan2bim.verify.ifc_model import IfcModel, MapConversion
 from scan2bim.verify.placing import (
     PLAUSIBLE,
     Correction,
@@ -115,7 +116,7 @@ def place_model(
         fitted=inputs.fitted or best.method == "automatic",
         rival=rival,
         scans=scans,
-        notes=_notes(best, correction, inputs),
+        notes=(*_notes(best, correction, inputs), *systems_note(model.conversion, inputs.frame.crs)),
     )
     return Placement(matrix, ignored, told, sample, target)
 
@@ -217,6 +218,16 @@ def _notes(best: Placed, correction: Correction, inputs: Inputs) -> tuple[str, .
         return ("The model states no coordinates that fit the scans: it was aligned to them.",)
     words = f"The scans lie {length:.1f} mm and {degrees:.3f} degrees off the model as it states its coordinates"
     return (f"{words}; {'this was taken out first.' if inputs.fitted else 'this is part of the deviations.'}",)
+
+
+def systems_note(conversion: MapConversion | None, scans: str | None) -> tuple[str, ...]:
+    """That model and scans state different coordinate reference systems, by their EPSG codes, if they do."""
+    drawn = conversion.crs if conversion else None
+    codes = [re.findall(r"EPSG\W*(\d{4,6})", name or "", re.IGNORECASE) for name in (drawn, scans)]
+    if not all(codes) or set(codes[0]) & set(codes[1]):
+        return ()
+    words = f"The model states its coordinates in {drawn}, the scans theirs in {scans}: map coordinates of one are"
+    return (f"{words} not those of the other.",)
 
 
 def _rows(matrix: F64) -> tuple[tuple[float, float, float, float], ...]:
