@@ -16,9 +16,14 @@ LEAST = 0.3
 BETWEEN = 0.04
 """Metres of wall that stay between two openings."""
 LAP = 1 / 3
-"""Share of what a curtain hides beside a window that is window: drawn aside it hangs rather before the wall."""
+"""Share of what a curtain hides beside a window that is window: drawn aside it hangs rather before the wall, or as much
+before the next window where no wall was seen between the two."""
 UNIFORM = 12**0.5
 """A range by its standard deviation, if all within it is as likely."""
+SURE = 0.02
+"""Standard deviation, metres, up to which a width is that of other openings, too: no guess of what is hidden."""
+PIER = 0.15
+"""Width, metres, of the widest pier between two windows before which no curtain hangs."""
 MIRRORED = 0.02
 """Standard deviation, metres, of a width from bars: twice that of a bar's middle."""
 Range = tuple[float, float, float, float]
@@ -30,7 +35,8 @@ def completed(found: Sequence[OpeningShape]) -> list[OpeningShape]:
     out = {k: o for k, o in enumerate(found) if o.hidden == NOT_HIDDEN}
     for k in sorted((k for k in range(len(found)) if k not in out), key=lambda k: sum(found[k].hidden)):
         opening = _bounded(found[k], [o for j, o in enumerate(found) if j != k])
-        opening = _sideways(opening, list(out.values()))
+        laps = _laps(opening, found[k], [o for j, o in enumerate(found) if j != k])
+        opening = _sideways(opening, list(out.values()), laps)
         opening = _upwards(opening, [o for j, o in out.items() if not any(found[j].hidden[2:])])
         out[k] = replace(opening, hidden=NOT_HIDDEN)
     return [o for k in range(len(found)) if min((o := out[k]).width, o.height) >= LEAST]
@@ -53,7 +59,22 @@ def _bounded(opening: OpeningShape, others: Sequence[OpeningShape]) -> OpeningSh
     return replace(opening, hidden=(left, right, lower, upper))
 
 
-def _sideways(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningShape:
+def _laps(opening: OpeningShape, whole: OpeningShape, others: Sequence[OpeningShape]) -> tuple[float, float]:
+    """Shares of what is hidden left and right of an opening that belong to it: a third; half where the next opening
+    ends what was hidden of the ``whole``; all of it beside a pier that was seen and is too narrow for a curtain.
+    """
+    rows = [o for o in others if (o.storey, o.wall) == (opening.storey, opening.wall)]
+    rows = [o for o in rows if _overlap(_rows(opening), _rows(o)) > SAME]
+    before = min((opening.offset - opening.hidden[0] - _end(o) for o in rows if o.offset < opening.offset), default=9.0)
+    after = min((o.offset - _end(opening) - opening.hidden[1] for o in rows if o.offset > opening.offset), default=9.0)
+    shared = opening.hidden[0] != whole.hidden[0], opening.hidden[1] != whole.hidden[1]
+    left, right = (
+        0.5 if half else 1.0 if pier < PIER else LAP for half, pier in zip(shared, (before, after), strict=True)
+    )
+    return left, right
+
+
+def _sideways(opening: OpeningShape, known: Sequence[OpeningShape], laps: Sequence[float]) -> OpeningShape:
     """With both jambs: those of an opening above or below whose other jamb is the same, the one that its bars tell, the
     width of openings of its height or head, or a share of what is hidden.
     """
@@ -68,13 +89,16 @@ def _sideways(opening: OpeningShape, known: Sequence[OpeningShape]) -> OpeningSh
     mirrored = _mirrored(opening)
     if mirrored is not None and _fits(mirrored, span):
         return _wide(opening, mirrored[0], mirrored[1] - mirrored[0], MIRRORED)
-    alike = [o for o in known if o.kind == opening.kind and o.width_sigma is not None and _as_tall(opening, o)]
+    alike = [
+        o
+        for o in known
+        if o.kind == opening.kind and o.width_sigma is not None and o.width_sigma < SURE and _as_tall(opening, o)
+    ]
     width = _most_common([o.width for o in alike], span)
     if width is not None:
         return _wide(opening, *_placed(span, width), None)
-    return _wide(
-        opening, span[0] - LAP * left, span[1] - span[0] + LAP * (left + right), LAP * 2 * max(left, right) / UNIFORM
-    )
+    before, after = laps[0] * left, laps[1] * right
+    return _wide(opening, span[0] - before, span[1] - span[0] + before + after, 2 * max(before, after) / UNIFORM)
 
 
 def _mirrored(opening: OpeningShape) -> tuple[float, float] | None:

@@ -17,6 +17,8 @@ WIDEST = 0.25
 """Width, metres, of the widest bar: two stiles that meet and a post."""
 PANE = 0.15
 """Width, metres, beside a bar in which a pane must show."""
+NARROWEST, LOWEST = 0.3, 0.5
+"""Width and height, metres, of the narrowest and lowest pane beside a bar: smaller windows have none."""
 RIM = 0.15
 """Metres at a window's head and sill that say nothing: frames."""
 
@@ -27,7 +29,7 @@ def bars_of(image: WallImage, box: Box) -> tuple[float, ...]:
     rows = bottom + RIM, top - RIM
     behind = part(image.behind.sum(0) > 0, left, right, *rows)
     through = part(image.through > 0, left, right, *rows)
-    if not behind.size:
+    if rows[1] - rows[0] < LOWEST or not behind.size:
         return ()
     solid = (behind.mean(0) > STILE) & (through.mean(0) < PASSED / 3)
     pane = through.mean(0) > PASSED
@@ -37,6 +39,8 @@ def bars_of(image: WallImage, box: Box) -> tuple[float, ...]:
     found: list[float] = []
     for low, high in edges.reshape(-1, 2).tolist():
         beside = pane[max(0, low - reach) : low].any() and pane[high : high + reach].any()
-        if beside and (high - low) * PIXEL < WIDEST:
-            found.append(round((first + (low + high) / 2) * PIXEL, 4))
+        middle = (first + (low + high) / 2) * PIXEL
+        inside = left + NARROWEST < middle < right - NARROWEST
+        if beside and inside and (high - low) * PIXEL < WIDEST:
+            found.append(round(middle, 4))
     return tuple(found)

@@ -46,6 +46,8 @@ SCRATCH = ".near.bin"
 """File that holds the points near walls while openings are looked for."""
 SURER = 0.1
 """Difference of probabilities by which a window must be surer than a closed door to replace it: what both err by."""
+TOUCHING = 0.001
+"""Metres by which openings that stand side by side may overlap: places are rounded."""
 STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
 LOOKED_THROUGH = 0.15
@@ -261,4 +263,4 @@ def _shut(opening: OpeningShape) -> bool:
 def _overlap(a: OpeningShape, b: OpeningShape) -> bool:
     sideways = min(a.offset + a.width, b.offset + b.width) - max(a.offset, b.offset)
     upwards = min(a.sill + a.height, b.sill + b.height) - max(a.sill, b.sill)
-    return sideways > 0 and upwards > 0
+    return min(sideways, upwards) > TOUCHING

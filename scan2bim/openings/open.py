@@ -7,28 +7,22 @@ wall's face and to the reveals.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.geometry.raster import closed, opened
+from scan2bim.geometry.raster import closed
 from scan2bim.openings.bars import bars_of
+from scan2bim.openings.clusters import HOLE, RAIL, clusters, face_missing
 from scan2bim.openings.edges import MARGIN
 from scan2bim.openings.shapes import Kind, OpeningShape
 from scan2bim.openings.sides import sides_of
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
 
-BLUR = 4
-"""Pixels, 10 cm, of the square in which points on the face are weighed against what was seen behind it."""
-GONE = 0.15
-"""Share of that square that must show something behind the face."""
-PIER = 0.3
-"""Share of it that must show the face for a strip between two openings to part them."""
-HOLE, SPECK = 5, 5
-"""Pixels: gaps up to 12 cm are closed, and what is narrower than 12 cm is dropped."""
 SMALLEST_AREA = 0.12
 """Square metres: hatches and roof lights are larger, holes in the sampling are smaller."""
+SAME = 0.03
+"""Metres within which jambs of windows one above the other agree."""
 NARROWEST, WIDEST_DOOR = 0.45, 2.6
 """Clear widths of doors, metres (trade: single 0.5 to 1.5, double to 2.5)."""
 LOWEST_WINDOW = 0.3
@@ -52,10 +46,8 @@ SHARE = 0.25
 """Share of the rectangle's height (width) that a column (row) of the lateral histogram must fill to belong to it."""
 LOWEST_SIGHT = 0.45
 """Height, metres, up to which an opening's lower part may be hidden by the floor behind it."""
-ACROSS, RAIL = 0.6, 2
-"""Share of the width, and pixels of height, of a strip of wall below an opening: 5 cm."""
-WALLED, LEAST_SEEN = 0.7, 0.3
-"""Share of what was seen of a strip between two openings that must be wall, and of it that must have been seen."""
+ACROSS = 0.6
+"""Share of the width of a strip of wall below an opening."""
 HIGHEST_HIDDEN = 0.9
 """Height, metres, up to which it may be hidden by furniture in inner walls, where windows are rare."""
 PANEL = 0.5
@@ -88,56 +80,32 @@ Mask = NDArray[np.bool_]
 def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
     """Openings of one wall that were looked through."""
     missing = face_missing(image)
-    boxes = [box for cluster in _clusters(missing, image) if (box := _box(cluster, wall, image)) is not None]
-    openings = [_opening(storey, number, wall, image, _to_floor(box, wall, image, missing)) for box in boxes]
-    return [o for o in openings if o is not None]
+    found: list[OpeningShape] = []
+    doubtful: list[Box] = []
+    for cluster in clusters(missing, image):
+        box = _box(cluster, wall, image) if _area(cluster) >= SMALLEST_AREA else None
+        opening = None if box is None else _opening(storey, number, wall, image, _to_floor(box, wall, image, missing))
+        rest = _rectangle(cluster) if opening is None else None
+        found += [opening] if opening is not None else []
+        doubtful += [rest] if rest is not None else []
+    for box in doubtful:
+        opening = None if wall.left and wall.right else _opening(storey, number, wall, image, box, in_line=True)
+        found += [opening] if opening is not None and any(_in_line(opening, other) for other in found) else []
+    return found
 
 
-def _clusters(missing: Mask, image: WallImage) -> list[Mask]:
-    """Connected pixels, cut where strips of wall go across or along them: openings that stand close together meet
-    where something hides the wall between them.
-    """
-    told = image.face | missing
-    cut = missing.copy()
-    for cluster in _connected(missing):
-        rows, cols = np.flatnonzero(cluster.any(1)), np.flatnonzero(cluster.any(0))
-        here = np.ix_(np.arange(rows[0], rows[-1] + 1), np.arange(cols[0], cols[-1] + 1))
-        wall, seen = (image.face & ~missing)[here], told[here]
-        cut[here] &= ~_strips(wall.sum(1), seen.sum(1), wall.shape[1])[:, None]
-        cut[here] &= ~_strips(wall.sum(0), seen.sum(0), wall.shape[0])[None]
-    return _connected(cut)
+def _in_line(opening: OpeningShape, other: OpeningShape) -> bool:
+    """Whether a doubtful window stands above or below another one, with a jamb of its own seen where the other's is."""
+    apart = other.sill > opening.sill + opening.height or opening.sill > other.sill + other.height
+    jambs = (
+        abs(opening.offset - other.offset) < SAME and opening.hidden[0] == 0.0,
+        abs(opening.offset + opening.width - other.offset - other.width) < SAME and opening.hidden[1] == 0.0,
+    )
+    return opening.kind == other.kind == "window" and apart and any(jambs)
 
 
-def _connected(mask: Mask) -> list[Mask]:
-    """Groups of connected pixels that are large enough."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
-    return [labels == k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] * PIXEL * PIXEL >= SMALLEST_AREA]
-
-
-def _strips(wall: NDArray[np.int64], seen: NDArray[np.int64], width: int) -> Mask:
-    """Lines (n,) of pixels that are wall as far as they were seen, at least RAIL beside each other."""
-    walled = ((wall > WALLED * seen) & (seen > LEAST_SEEN * width)).astype(np.uint8)
-    return opened(walled[:, None], RAIL)[:, 0].astype(bool) if len(walled) >= RAIL else np.zeros(len(walled), bool)
-
-
-def face_missing(image: WallImage) -> Mask:
-    """Where the face on one side of the wall is not, since something was seen behind it or rays went through: the leaf
-    of an open door may stand before the other face.
-    """
-    mask = np.zeros(image.through.shape, np.uint8)
-    for points, behind, entered in zip(image.faces, image.behind, image.entered, strict=True):
-        if not points.any():
-            continue
-        face = _blurred(points > 0)
-        gone = _blurred(((behind > 0) | entered | image.blank | (image.through > 0)) & (points == 0))
-        filled = closed(((gone > face) & (gone > GONE)).astype(np.uint8), HOLE)
-        mask |= filled & ~((face >= gone) & (face > PIER))
-    return opened(mask, SPECK).astype(bool)
-
-
-def _blurred(mask: Mask) -> NDArray[np.float32]:
-    blurred = cv2.boxFilter(mask.astype(np.float32), -1, (BLUR, BLUR), borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(blurred, np.float32)
+def _area(mask: Mask) -> float:
+    return float(mask.sum()) * PIXEL * PIXEL
 
 
 def _box(cluster: Mask, wall: WallShape, image: WallImage) -> Box | None:
@@ -249,8 +217,12 @@ def _supported(image: WallImage, box: Box) -> int:
     return sum(1 for side in beside if side.size and side.mean() > 1 / 3)
 
 
-def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: Box) -> OpeningShape | None:
-    """Sides moved to the edges of the face, then told apart: door, window or passage."""
+def _opening(
+    storey: int, number: int, wall: WallShape, image: WallImage, box: Box, *, in_line: bool = False
+) -> OpeningShape | None:
+    """Sides moved to the edges of the face, then told apart: door, window or passage. Of a window ``in_line`` with
+    another one less need have been seen.
+    """
     left, right, bottom, top = box
     outer = not (wall.left and wall.right)
     sides = sides_of(image, box, outer)
@@ -267,22 +239,18 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         return None
     box = (left, right, bottom, top)
     supported = _supported(image, box)
-    least = (1 if bottom == 0.0 else 2) + (_touching(wall, box) > 0)
     reveals = sum(1 for side in sides if side.reveal > 0)
-    if bottom > 0.0 and reveals >= 2:
-        least = max(1, least - sum(1 for away in hidden if away > HIDDEN))
+    least = _least_sides(wall, box, hidden, reveals, in_line)
     if supported < least or _is_whole(wall, box) or _backed(wall, image, box):
         return None
     lintel = _wall_above(image, left, right, top)
     glazed = _glazed_leaves(wall, image, box)
     kind: Kind = "door" if glazed else _kind(wall, image, box, lintel)
-    inside = part(image.through > 0, *box)
-    share = float(inside.mean()) if inside.size else 0.0
+    share = _share(image.through > 0, box)
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
-    if share < LEAST_THROUGH / 2 and reveals < LEAST_REVEALS and not _is_pane(wall, image, box):
+    if share < LEAST_THROUGH / 2 and reveals < (1 if in_line else LEAST_REVEALS) and not _is_pane(wall, image, box):
         return None
-    blank = part(image.blank, *box)
-    if reveals < FRAMED and blank.size and blank.mean() > BLANK:
+    if reveals < FRAMED and _share(image.blank, box) > BLANK:
         return None
     return OpeningShape(
         storey,
@@ -307,6 +275,24 @@ def _opening(storey: int, number: int, wall: WallShape, image: WallImage, box: B
         hidden=hidden,
         bars=bars_of(image, box) if any(hidden[:2]) else (),
     )
+
+
+def _share(mask: Mask, box: Box) -> float:
+    """Share of a box that a mask (r, c) fills."""
+    inside = part(mask, *box)
+    return float(inside.mean()) if inside.size else 0.0
+
+
+def _least_sides(
+    wall: WallShape, box: Box, hidden: tuple[float, float, float, float], reveals: int, in_line: bool
+) -> int:
+    """How many sides of an opening must have the wall's face beside them."""
+    least = (1 if box[2] == 0.0 else 2) + (_touching(wall, box) > 0)
+    if in_line and reveals:
+        return 1
+    if box[2] > 0.0 and reveals >= 2:
+        return max(1, least - sum(1 for away in hidden if away > HIDDEN))
+    return least
 
 
 def _touching(wall: WallShape, box: Box) -> int:

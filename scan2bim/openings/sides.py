@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,10 @@ FARTHEST = 0.6
 """Metres outwards from what was seen of an opening within which its hidden side may lie: a curtain's width."""
 TOLD = 0.25
 """Share of a strip along a side in which something must have been seen for it not to be hidden."""
+BLIND = 0.1
+"""Share up to which nothing was seen of it: stray ranges."""
+NEIGHBOURS = 5
+"""Pixels along a strip, 12 cm, in which one that was seen speaks for its neighbours."""
 STANDS_OUT = 0.012
 """Metres before the wall's face from which on a point below a window is of its board's front."""
 BOARD, BOARD_GAP = (0.01, 0.06), 0.01
@@ -30,14 +35,16 @@ Sides = tuple[Edge, Edge, Edge, Edge]
 
 def seen_part(image: WallImage, box: Box) -> Box:
     """A box without the strips along its sides of which nothing was seen: a curtain may hide wall and opening there."""
-    told = part(_told(image), *box) if box[2] > 0.0 else part(_told(image), *box[:2], MARGIN, box[3])
-    columns, rows = np.flatnonzero(told.mean(0) > TOLD), np.flatnonzero(told.mean(1) > TOLD)
+    left, right, bottom, top = box
+    here = part(told(image), left, right, bottom if bottom > 0.0 else MARGIN, top)
+    if not here.size:
+        return box
+    columns, rows = np.flatnonzero(_shares(here, 0) > BLIND), np.flatnonzero(_shares(here, 1) > BLIND)
     if not len(columns) or not len(rows):
         return box
-    left, right, bottom, top = box
-    ends = len(told.T) - 1 - columns[-1], len(told) - 1 - rows[-1]
+    left, right = left + columns[0] * PIXEL, right - (here.shape[1] - 1 - columns[-1]) * PIXEL
     low = rows[0] * PIXEL if bottom > 0.0 else 0.0
-    return left + columns[0] * PIXEL, right - ends[0] * PIXEL, bottom + low, top - ends[1] * PIXEL
+    return left, right, bottom + low, top - (len(here) - 1 - rows[-1]) * PIXEL
 
 
 def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
@@ -50,8 +57,9 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     near = within(image.along, image.up, reach.astype(np.float32))
     along, up = image.along[near].astype(np.float64), image.up[near].astype(np.float64)
     depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
-    tall = (up > bottom + MARGIN) & (up < top - MARGIN)
-    wide = (along > left + MARGIN) & (along < right - MARGIN)
+    margin = min(MARGIN, (top - bottom) / 4), min(MARGIN, (right - left) / 4)
+    tall = (up > bottom + margin[0]) & (up < top - margin[0])
+    wide = (along > left + margin[1]) & (along < right - margin[1])
     found: list[list[Edge]] = []
     near_face = depth > -PROUD
     for here in (near_face & (side == 0), near_face & (side == 1)):
@@ -106,15 +114,21 @@ def _hidden_beyond(image: WallImage, box: Box, side: int) -> float:
         (left + MARGIN, right - MARGIN, bottom - FARTHEST, bottom - PIXEL),
         (left + MARGIN, right - MARGIN, top + PIXEL, top + FARTHEST),
     )
-    beyond = part(_told(image), *boxes[side])
+    beyond = part(told(image), *boxes[side])
     if not beyond.size:
         return 0.0
-    share = beyond.mean(0 if side < 2 else 1)
+    share = _shares(beyond, 0 if side < 2 else 1)
     share = share[::-1] if side in (0, 2) else share
     ends = np.flatnonzero(share > TOLD)
     return float((ends[0] if len(ends) else len(share)) * PIXEL)
 
 
-def _told(image: WallImage) -> NDArray[np.bool_]:
+def _shares(seen: NDArray[np.bool_], axis: int) -> F64:
+    """Share of each column (axis 0) or row near which something was seen: sparse scans leave gaps."""
+    kernel = np.ones((NEIGHBOURS, 1) if axis == 0 else (1, NEIGHBOURS), np.uint8)
+    return np.asarray(cv2.dilate(seen.astype(np.uint8), kernel).mean(axis), np.float64)
+
+
+def told(image: WallImage) -> NDArray[np.bool_]:
     """Where anything was seen of a wall, or through it (r, c)."""
-    return image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0)
+    return image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0) | image.blank
