@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.orthoimage import PIXEL, Orthoimage
-from scan2bim.openings.shapes import OpeningShape
+from scan2bim.openings.shapes import NOT_HIDDEN, OpeningShape
 
 NARROWEST, WIDEST = 0.015, 0.09
 """Widths of linings and frames seen from the front, metres."""
@@ -33,9 +33,9 @@ ALIKE, SAME_COLOUR = 0.012, 0.12
 LEAST_SIDES = 2
 """Sides on which a lining must be seen, one more if it is of nearly the wall's colour: a single one may be a pipe or a
 strip of light."""
-USUAL, MOST, FEWEST_WINDOWS = 0.25, 0.6, 3
-"""Share of a building's windows, share of those that show a lining, and number that must show one for all to have it:
-curtains and furniture hide it at many."""
+USUAL, FEWEST_WINDOWS = 0.4, 3
+"""Share of a building's windows, and number, that must show one lining for all to have it. Of those that curtains or
+furniture hide in part only the ones that show it count."""
 INSET = 0.1
 """Distance, metres, from an opening's other sides, in which pixels say nothing about this one."""
 F64 = NDArray[np.float64]
@@ -73,9 +73,8 @@ def with_usual_linings(found: Sequence[OpeningShape]) -> list[OpeningShape]:
     """
     seen = [o.lining for o in found if o.lining is not None]
     usual = float(np.median(seen)) if seen else 0.0
-    windows = sum(1 for o in found if o.kind == "window")
-    alike = sum(1 for width in seen if abs(width - usual) < ALIKE)
-    if alike < max(FEWEST_WINDOWS, USUAL * windows, MOST * len(seen)):
+    windows = sum(1 for o in found if o.kind == "window" and (o.lining is not None or o.hidden == NOT_HIDDEN))
+    if sum(1 for width in seen if abs(width - usual) < ALIKE) < max(FEWEST_WINDOWS, USUAL * windows):
         return list(found)
     return [
         _widened(o, (usual, usual, usual, usual), ALIKE / 2, None) if o.kind == "window" and o.lining is None else o
