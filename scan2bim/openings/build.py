@@ -42,8 +42,6 @@ NARROWEST_LEAF = 0.5
 """Clear width, metres, below which no leaf is looked for."""
 BELOW = 0.9
 """Share of an opening that lies below its wall's upper edge: what is seen beyond a roof's slope is no opening."""
-SCRATCH = ".near.bin"
-"""File that holds the points near walls while openings are looked for."""
 SURER = 0.1
 """Difference of probabilities by which a window must be surer than a closed door to replace it: what both err by."""
 TOUCHING = 0.001
@@ -163,7 +161,7 @@ def near_walls(
     """
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]
-    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, folder / SCRATCH)):
+    for done, (k, points) in enumerate(points_by_wall(scan_folders, walls, folder)):
         yield NearWall(*places[k], walls[k], points, _close(scene.panoramas, walls[k]))
         progress((done + 1) / len(walls))
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import BufferedWriter, FileIO
+from io import BufferedRandom
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numba as nb
 import numpy as np
@@ -67,25 +68,22 @@ def within(along, up, box):  # pyright: ignore
 
 
 def points_by_wall(
-    scan_folders: Sequence[Path], walls: Sequence[WallShape], scratch: Path
+    scan_folders: Sequence[Path], walls: Sequence[WallShape], folder: Path
 ) -> Iterator[tuple[int, WallPoints]]:
-    """Each wall's place in ``walls`` and its points, neighbourhood by neighbourhood; ``scratch`` is a file that holds
-    them meanwhile.
+    """Each wall's place in ``walls`` and its points, neighbourhood by neighbourhood; a file without a name in
+    ``folder`` holds them meanwhile.
     """
     lines = np.array([_line(wall) for wall in walls]).reshape(-1, LINE)
-    try:
-        with scratch.open("wb") as file:
-            blocks = _sorted_by_wall(scan_folders, lines, file)
+    with TemporaryFile(dir=folder) as file:
+        blocks = _sorted_by_wall(scan_folders, lines, file)
+        file.flush()
         order = np.argsort(blocks["wall"], kind="stable")
         bounds = np.searchsorted(blocks["wall"][order], np.arange(len(walls) + 1))
-        with scratch.open("rb", buffering=0) as file:
-            for w in _neighbourhoods(walls):
-                yield w, _read_wall(file, blocks[order[bounds[w] : bounds[w + 1]]], lines[w], scratch)
-    finally:
-        scratch.unlink(missing_ok=True)
+        for w in _neighbourhoods(walls):
+            yield w, _read_wall(file, blocks[order[bounds[w] : bounds[w + 1]]], lines[w], folder)
 
 
-def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: BufferedWriter) -> NDArray[np.void]:
+def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: BufferedRandom) -> NDArray[np.void]:
     """Write the points near walls to a file, those of one wall and tile side by side; gives dtype BLOCK."""
     indices = [TileIndex.load(folder) for folder in scan_folders]
     owners = [{tuple(t) for t in index.runs["tile"].tolist()} for index in indices]
@@ -100,7 +98,7 @@ def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], fi
     return np.array(found.blocks, BLOCK)
 
 
-def _read_wall(file: FileIO, blocks: NDArray[np.void], line: NDArray[np.float64], path: Path) -> WallPoints:
+def _read_wall(file: BufferedRandom, blocks: NDArray[np.void], line: NDArray[np.float64], path: Path) -> WallPoints:
     """The points of one wall from its blocks."""
     n = int(blocks["count"].sum())
     out = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32), np.empty((n, 3), np.uint8)
@@ -193,7 +191,7 @@ def _walls_by_cell(
 class _Found:
     """Takes the points of each run and writes those that are near walls, sorted by wall."""
 
-    def __init__(self, file: BufferedWriter) -> None:
+    def __init__(self, file: BufferedRandom) -> None:
         self.blocks: list[tuple[int, tuple[int, int, int], int, int]] = []
         self._file = file
         self._written = 0

@@ -117,38 +117,37 @@ class FaceEvidence:
 
 def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
-    image, told = face.image, (box.left, box.right, box.top)
-    outline = _outline(*_lines(face), *told, SLACK)
-    surface = _surface(image.depth, image.known, image.rgb, *told)
-    seen, wall, leaf, colour, dominant, lintel, flank = surface
-    beyond, foot, onward = _around(*_lines(face), *told, SLACK)
-    trim, whole = _strips(image.count, image.rgb, image.depth, *told, wall, leaf)
-    height, at = _handle(image.depth, image.count, *told, leaf)
-    handle = (None, None) if np.isnan(height) else (round(height, 3), "end" if at else "start")
-    through = _through(image.through, image.on, *told)
-    return FaceEvidence(
-        *outline,
-        seen,
-        float(wall - leaf),
-        float(colour),
-        trim,
-        beyond,
-        foot,
-        *handle,
-        through,
-        dominant,
-        whole,
-        lintel,
-        flank,
-        onward,
-        False,
-    )
+    image = face.image
+    rasters = image.count, image.rgb, image.depth, image.known, image.through, image.on
+    told = _told(_lines(face), rasters, box.left, box.right, box.top, SLACK)
+    left, right, head, agree, shown, seen, recess, colour, trim, beyond, foot, height, at = told[:13]
+    through, dominant, whole, lintel, flank, onward = told[13:]
+    at = None if np.isnan(height) else "end" if at else "start"
+    height = None if at is None else round(height, 3)
+    outline, inside = (left, right, head, agree, shown), (seen, recess, colour)
+    about, leaf = (trim, beyond, foot, height, at), (through, dominant, whole, lintel, flank, onward)
+    return FaceEvidence(*outline, *inside, *about, *leaf, False)
 
 
 def _lines(face: Face) -> tuple[I16, I16, I16, I16, I16, I16]:
     """The cumulated discontinuities of a face's upright and level lines."""
     sides, heads = face.sides, face.heads
     return sides.rising, sides.falling, sides.seen, heads.rising, heads.falling, heads.seen
+
+
+@nb.njit(cache=True, nogil=True)
+def _told(lines, rasters, left, right, top, slack):  # pyright: ignore
+    """The numbers of a face's evidence in their order, from its lines and rasters: one call for each candidate."""
+    rising, falling, seen, over, under, known_heads = lines
+    count, rgb, depth, known, through, on = rasters
+    outline = _outline(rising, falling, seen, over, under, known_heads, left, right, top, slack)
+    share, wall, leaf, colour, dominant, lintel, flank = _surface(depth, known, rgb, left, right, top)
+    beyond, foot, onward = _around(rising, falling, seen, over, under, known_heads, left, right, top, slack)
+    trim, whole = _strips(count, rgb, depth, left, right, top, wall, leaf)
+    height, at = _handle(depth, count, left, right, top, leaf)
+    looked = _through(through, on, left, right, top)
+    rest = looked, dominant, whole, lintel, flank, onward
+    return (*outline, share, np.float64(wall - leaf), np.float64(colour), trim, beyond, foot, height, at, *rest)
 
 
 @nb.njit(cache=True, nogil=True)
