@@ -17,8 +17,10 @@ from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import WallShape
 
-INWARDS = 0.01
-"""Metres by which an opening may be found narrower than its clear width: noise of both edges."""
+INWARDS, LEAF, FARTHEST = 0.01, 0.06, 0.12
+"""Metres by which a trim may begin inside what was taken for the clear width: by the noise of both edges, or by more
+than the thickness of a leaf that stands there.
+"""
 PANEL = (0.12, 0.6)
 """Heights, metres, between which a glazed leaf has a panel: panes begin higher, and handles."""
 STILE = 0.1
@@ -60,7 +62,7 @@ def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], po
     if not any(edges):
         width = flush_lining([face.image for face in faces], (box.left, box.right, box.top))
         edges = [None if width is None else Edge(width, SIGMAS["step"], "step", True)] * 3
-    edges = [edge if edge and edge.place > -INWARDS else None for edge in edges]
+    edges = [edge if edge and _credible(edge) else None for edge in edges]
     if not any(edges):
         return opening
     behind = moved(box, edges)
@@ -74,6 +76,11 @@ def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], po
         width_sigma=_with(opening.width_sigma, left, right),
         height_sigma=_with(opening.height_sigma, head),
     )
+
+
+def _credible(edge: Edge) -> bool:
+    """Whether an edge is none of the leaf's, which stands open beside it."""
+    return edge.place > -FARTHEST and (edge.kind == "reveal" or edge.place > -INWARDS or edge.place < -LEAF)
 
 
 def _with(sigma: float | None, *others: float) -> float | None:

@@ -32,6 +32,10 @@ WIDEST_SINGLE = 1.3
 door; and of the widest single leaf."""
 LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.05
 """A door's head lies at least this high over the floor, its sill at most this high, metres."""
+HIGHEST_THRESHOLD = 0.2
+"""Height, metres, up to which what is seen at the foot of an opening in an inner wall is its threshold, a leaf's lower
+edge or a thing that lies there: inner windows begin far higher.
+"""
 LOWEST_GLAZED = 1.9
 """Height, metres, of the lowest glazed door: lower ones are windows that reach the floor."""
 TALLEST_GLAZED = 2.6
@@ -228,7 +232,7 @@ def _opening(
     sides = sides_of(image, box, outer)
     left, right, lower, top = (side.inner if outer and side.hidden > 0 else side.place for side in sides)
     bottom = lower if bottom > 0.0 or sides[2].wall else 0.0
-    bottom = 0.0 if bottom < HIGHEST_SILL else bottom
+    bottom = 0.0 if bottom < (HIGHEST_SILL if outer else HIGHEST_THRESHOLD) else bottom
     top = min(top, wall.top - wall.base)
     far = [round(side.hidden, 4) if outer else 0.0 for side in sides]
     hidden = (far[0], far[1], far[2] if bottom > 0.0 else 0.0, far[3])

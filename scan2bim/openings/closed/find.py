@@ -19,8 +19,8 @@ from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import SpaceShape, WallShape
 
-ACCEPTED = 0.5
-"""Confidence from which a rectangle is taken for a door."""
+ACCEPTED = 0.6
+"""Confidence from which a rectangle is taken for a door: of those below it few are, in the scenes of the fit."""
 OUTLINED = 0.4
 """Share of an outline from which on a face is taken to show the door."""
 ROUGH = 0.03

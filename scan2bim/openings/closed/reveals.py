@@ -34,6 +34,8 @@ STANDS_OUT, BEFORE = 0.004, 0.05
 """Distance before the wall, metres, between which a point lies on a trim."""
 LAPS, STRIP = 0.04, 0.06
 """Farthest, metres, that a trim laps over the wall's own reveal, and that it stands back from a lining's."""
+SETBACK = 0.04
+"""Farthest, metres, that the trim of an open door stands back from the clear width that is known there."""
 TRIM = 0.06
 """Width, metres, of a trim in which its inner edge is told from stray points."""
 FEWEST = 60
@@ -73,7 +75,8 @@ def opening_edges(faces: Sequence[Face], box: Rectangle, points: WallPoints, hal
 
 def behind_trims(faces: Sequence[Face], box: Rectangle, points: WallPoints, half: float) -> list[Edge | None]:
     """The same of an open door, of which ``box`` is clear: only where trims lie on the wall."""
-    edges = [edge if edge is not None and edge.is_trim else None for edge in edges_of(faces, box)]
+    found = edges_of(faces, box)
+    edges = [e if e and e.is_trim and e.place - LAP * (e.kind == "lined") < SETBACK else None for e in found]
     return _behind_trims(edges, _reveals(box, edges, points, half))
 
 
