@@ -82,3 +82,14 @@ def test_a_door_that_is_closed_flush_with_one_face_is_told_by_the_other(shift: f
     told = change(start, end, more=np.concatenate([leaf, behind, behind]) + GAP.middle)
     assert told.width == 0.0
     assert told.shift == pytest.approx(shift, abs=0.004)
+
+
+def test_an_opening_with_a_lining_flush_with_one_face_is_told_to_its_reveal() -> None:
+    wider, lining = 0.15, 0.05
+    end = WIDTH / 2 + wider
+    rng = np.random.default_rng(4)
+    along, depth, up = rng.uniform(end - lining, end, 8000), rng.uniform(0.0, HALF, 8000), rng.uniform(-1.0, 1.0, 8000)
+    front = np.column_stack([along, np.full(8000, HALF), up])
+    inner = np.column_stack([np.full(8000, end - lining), depth, up])
+    told = change(-WIDTH / 2, end, more=np.concatenate([front, inner]) + GAP.middle)
+    assert told.width == pytest.approx(wider, abs=0.003)
