@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,14 @@ class Scene:
 
 
 def load_scene(surfel_folder: Path, scan_folders: Sequence[Path]) -> Scene:
-    """Read surfels and panoramas."""
+    """Read surfels and panoramas; the stages one after the other get the same."""
+    changed = (surfel_folder / "surfels.bin").stat().st_mtime_ns
+    return _load(surfel_folder, tuple(scan_folders), changed)
+
+
+@lru_cache(maxsize=1)
+def _load(surfel_folder: Path, scan_folders: tuple[Path, ...], changed: int) -> Scene:
+    del changed
     summaries = [ScanSummary.load(f) for f in scan_folders]
     last = max((s.station + len(s.sources) for s in summaries), default=0)
     stations = np.full((last + 1, 3), np.nan)

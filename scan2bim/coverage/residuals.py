@@ -152,7 +152,7 @@ def _samples(folders: Sequence[Path]) -> Iterator[tuple[F32, NDArray[np.uint16]]
         total = int(index.runs["count"].sum())
         if total == 0:
             continue
-        points = np.memmap(index.path, POINT, "r")
+        points = np.asarray(np.memmap(index.path, POINT, "r"))
         gap = max(STRETCH, STRETCH * (total // SAMPLE))
         # Runs follow each other in the file; which one a record is in tells its tile.
         runs = index.runs[np.argsort(index.runs["start"])]
