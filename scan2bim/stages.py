@@ -46,8 +46,8 @@ class Stage:
 
 SURVEY = Stage("survey", 6, (), lambda s: s.frame, 0.2, 0)
 READ = Stage("read", 6, ("survey",), lambda s: s.read, 0.5, 0)
-SURFELS = Stage("surfels", 4, ("read",), lambda s: s.surfels, 0.1, 25)
-STRUCTURE = Stage("structure", 43, ("surfels", "read"), lambda s: s.structure, 0.5, 80)
+SURFELS = Stage("surfels", 7, ("read",), lambda s: s.surfels, 0.1, 25)
+STRUCTURE = Stage("structure", 45, ("surfels", "read"), lambda s: s.structure, 0.5, 80)
 OPENINGS = Stage("openings", 39, ("structure", "surfels", "read"), lambda s: s.openings, 0.7, 150)
 MODEL = Stage("model", 22, ("survey", "structure", "openings", "surfels", "read"), lambda s: None, 0.2, 20)
 EXPORT = Stage("export", 4, ("model",), lambda s: None, 0.5, 25)
@@ -158,10 +158,11 @@ class Folders:
 
 
 def run_surfels(folders: Folders, folder: Path, settings: Settings, progress: Progress) -> None:
-    """Merge the scans' tiles to surfels."""
+    """Merge the scans' tiles to surfels, in voxels along the building's walls."""
     from scan2bim.cloud.surfels import make_surfels
+    from scan2bim.structure.orientation import find_lattice
 
-    make_surfels(folders.scans, folder, settings.surfels, progress)
+    make_surfels(folders.scans, folder, settings.surfels, progress, find_lattice(folders.scans))
 
 
 def run_structure(folders: Folders, folder: Path, settings: Settings, progress: Progress) -> None:

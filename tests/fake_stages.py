@@ -35,6 +35,7 @@ def install(put: Callable[[Any, str, Any], None]) -> None:
         "scan2bim.structure.frame": (find_frame,),
         "scan2bim.cloud.ingest": (ingest_scan,),
         "scan2bim.cloud.surfels": (make_surfels,),
+        "scan2bim.structure.orientation": (find_lattice,),
         "scan2bim.structure.build": (find_structure,),
         "scan2bim.openings.build": (find_openings,),
         "scan2bim.assemble": (assemble_building,),
@@ -132,7 +133,13 @@ def taken(folders: Sequence[Path]) -> str:
     return digest(*(file.read_bytes().hex() for file in files if file.name != "manifest.json"))
 
 
-def make_surfels(scan_folders: Sequence[Path], folder: Path, settings: Any, progress: Callable[[float], None]) -> None:
+def find_lattice(scan_folders: Sequence[Path]) -> None:
+    pass
+
+
+def make_surfels(
+    scan_folders: Sequence[Path], folder: Path, settings: Any, progress: Callable[[float], None], lattice: None
+) -> None:
     called("surfels")
     for i in range(10):
         (folder / f"{i}.bin").write_text(taken(scan_folders))

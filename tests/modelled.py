@@ -35,6 +35,7 @@ from scan2bim.simulate.scanner import ScannerSpec, Sweep
 from scan2bim.simulate.scene import Scene
 from scan2bim.structure.build import find_structure
 from scan2bim.structure.frame import find_frame
+from scan2bim.structure.orientation import find_lattice
 from scan2bim.structure.shapes import StructureShape, WallShape
 
 F64 = NDArray[np.float64]
@@ -100,7 +101,7 @@ def model_of(scans: Sequence[Scan], settings: FrameSettings | None = None) -> Mo
         for i, (scan, part) in enumerate(zip(scans, parts, strict=True)):
             part.mkdir()
             ingest_scan(scan.header, iter([scan.chunk]), i, frame, part, ReadSettings(), _silent)
-        make_surfels(parts, folder, SurfelSettings(), _silent)
+        make_surfels(parts, folder, SurfelSettings(), _silent, find_lattice(parts))
         find_structure(folder, parts, folder, StructureSettings(), _silent)
         find_openings(folder, folder, parts, folder, OpeningSettings(), _silent)
         cloud = load_scene(folder, parts)

@@ -67,6 +67,17 @@ def load_panoramas(scan_folders: Sequence[Path]) -> dict[int, Panorama]:
     return {summary.station: Panorama.load(path) for summary, path in summaries if summary.position is not None}
 
 
+def load_stations(scan_folders: Sequence[Path]) -> NDArray[np.float64]:
+    """Positions (s, 3) by station number, nan where unknown."""
+    summaries = [ScanSummary.load(f) for f in scan_folders]
+    last = max((s.station + len(s.sources) for s in summaries), default=0)
+    stations = np.full((last + 1, 3), np.nan)
+    for summary in summaries:
+        if summary.position is not None:
+            stations[summary.station] = summary.position
+    return stations
+
+
 def ingest_scan(
     header: ScanHeader,
     chunks: Iterator[Chunk],

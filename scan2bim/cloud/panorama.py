@@ -15,6 +15,8 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.cloud.lattice import Lattice
+
 F32 = NDArray[np.float32]
 UNSEEN = np.float32(0.0)
 NO_RETURN = np.float32(-1.0)
@@ -32,11 +34,29 @@ class Panorama:
     The ranges of one that was loaded are read when they are asked for, and again where that was long ago.
     """
 
-    __slots__ = ("_source", "position")
+    __slots__ = ("_source", "_turn", "position")
 
-    def __init__(self, position: NDArray[np.float64], ranges: F32 | tuple[str, int]) -> None:
+    def __init__(
+        self,
+        position: NDArray[np.float64],
+        ranges: F32 | tuple[str, int],
+        turn: NDArray[np.float64] | None = None,
+    ) -> None:
         self.position = position
         self._source = ranges
+        self._turn = turn
+
+    def turned(self, lattice: Lattice) -> Panorama:
+        """The same in a lattice's own coordinates; to be asked by ``said`` alone."""
+        return Panorama(lattice.own(self.position[None])[0], self._source, lattice.axes)
+
+    def said(self, points: F32, margin: np.float32, misses: bool = False) -> NDArray[np.uint8]:
+        """What ``seen_through`` says of points (n, 3)."""
+        position = self.position.astype(np.float32)
+        if self._turn is not None:
+            points = points.copy()
+            points[:, :2] = (points[:, :2] - position[:2]) @ self._turn.astype(np.float32) + position[:2]
+        return seen_through(points, position, self.ranges, margin, misses)
 
     @property
     def ranges(self) -> F32:

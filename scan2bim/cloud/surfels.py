@@ -1,5 +1,8 @@
 """Surface elements: the points of all scans merged in voxels of 5 x 5 x 10 cm, a tile at a time.
 
+The voxels lie along the building's walls (``Lattice``), so that some reach over the sides of tiles: those are put
+together at the end.
+
 A surfel keeps the *mean* position of its points and their number. Sums of positions are additive, so a plane fitted to
 surfels by their counts is the plane fitted to the points, but there are as many surfels as there is surface in the
 building, not as there are points.
@@ -7,7 +10,7 @@ building, not as there are points.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -15,7 +18,8 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.ingest import load_panoramas
+from scan2bim.cloud.ingest import load_panoramas, load_stations
+from scan2bim.cloud.lattice import Lattice
 from scan2bim.cloud.panorama import agreement
 from scan2bim.cloud.tiles import STEPS, TILE, TileIndex, tile_runs
 from scan2bim.config import SurfelSettings
@@ -25,6 +29,8 @@ PLAN = 0.05
 TALL = 0.10
 """Height of a voxel, metres: walls are tall, so more points share a voxel where a scan is sparse."""
 NX, NZ = round(TILE / PLAN), round(TILE / TALL)
+SIDE = np.array([PLAN, PLAN, TALL])
+"""Of a voxel, metres."""
 BLOCK = 1 << 19
 """Surfels read at a time."""
 SURFEL = np.dtype(
@@ -32,6 +38,15 @@ SURFEL = np.dtype(
 )
 COLUMNS = ("xyz", "count", "rgb", "station", "dz")
 """Of SURFEL, in the order of the fields of ``Surfels``."""
+PART = np.dtype(
+    [("cell", "<i8", (3,)), ("count", "<i8"), ("xyz", "<f8", (3,)), ("dz2", "<f8"), ("rgb", "<f8", (3,)),
+     ("station", "<u2"), ("seen", "<i8"), ("cut", "?")]
+)  # fmt: skip
+"""What one tile holds of a voxel: the voxel's place in the lattice, means of ``count`` points, the station that has
+most of them and how many it has (``seen``), and whether the voxel reaches over the tile's side (``cut``).
+"""
+ROUGH = 1_000_000
+"""Points that suffice to see how a building's walls lie."""
 TRUST = 0.5
 """Share of its neighbourhood that must agree with a trusted surfel: half, as for the edge of a surface."""
 
@@ -39,8 +54,8 @@ TRUST = 0.5
 @dataclass(frozen=True, slots=True, eq=False)
 class Surfels:
     """Arrays over n surfels: ``xyz`` (n, 3) float32 mean position, local metres; ``count`` (n,) points; ``rgb`` (n, 3)
-    uint8; ``station`` (n,) uint16 of the last scan that saw it; ``spread`` (n,) float16 standard deviation of z inside
-    the voxel, metres.
+    uint8; ``station`` (n,) uint16 of the scan that saw it most, of equals the nearest; ``spread`` (n,) float16 standard
+    deviation of z inside the voxel, metres.
     """
 
     xyz: NDArray[np.float32]
@@ -74,58 +89,154 @@ class Surfels:
 
 
 def make_surfels(
-    scan_folders: Sequence[Path], folder: Path, settings: SurfelSettings, progress: Callable[[float], None]
+    scan_folders: Sequence[Path],
+    folder: Path,
+    settings: SurfelSettings,
+    progress: Callable[[float], None],
+    lattice: Lattice | None = None,
 ) -> None:
-    """Merge the tiles of all scans into ``folder``/surfels.bin (dtype SURFEL), tile by tile in a fixed order.
+    """Merge the tiles of all scans into ``folder``/surfels.bin (dtype SURFEL), tile by tile in a fixed order, in the
+    voxels of a lattice, which is kept beside them.
 
     Those that the surroundings in their own station's panorama do not bear out are not trusted.
     """
-    indices = [TileIndex.load(f) for f in scan_folders]
+    lattice = lattice or Lattice()
+    lattice.save(folder)
     panoramas = load_panoramas(scan_folders)
-    tiles = np.unique(np.concatenate([index.runs["tile"] for index in indices]), axis=0)
-    owners = [_tile_set(index) for index in indices]
-    slots = np.full(NX * NX * NZ, -1, np.int32)
+    cut: list[NDArray[np.void]] = []
     with (folder / "surfels.bin").open("wb") as file:
-        for done, tile in enumerate(tiles):
-            key = tuple(tile.tolist())
-            seen = (index for index, own in zip(indices, owners, strict=True) if key in own)
-            merged = _merge((run for index in seen for run in tile_runs(index, tile)), tile, slots)
+
+        def write(parts: NDArray[np.void]) -> None:
+            if not len(parts):
+                return
+            merged = _surfels_of(parts)
             merged["trusted"] = agreement(merged["xyz"], merged["station"], panoramas) >= TRUST
             merged.tofile(file)
-            progress((done + 1) / len(tiles))
+
+        for parts, share in _tile_parts(scan_folders, lattice, 1):
+            cut.append(parts[parts["cut"]])
+            write(parts[~parts["cut"]])
+            progress(share)
+        write(_put_together(np.concatenate(cut)))
+
+
+def rough_surfels(scan_folders: Sequence[Path], lattice: Lattice) -> Surfels:
+    """Surfels of some of the points, in pieces at the sides of tiles, none judged, in memory."""
+    points = sum(int(TileIndex.load(f).runs["count"].sum()) for f in scan_folders)
+    merged = [_surfels_of(parts) for parts, _ in _tile_parts(scan_folders, lattice, max(1, points // ROUGH))]
+    return Surfels(*(np.concatenate([m[name] for m in merged]) for name in COLUMNS))
+
+
+def _tile_parts(scan_folders: Sequence[Path], lattice: Lattice, every: int) -> Iterator[tuple[NDArray[np.void], float]]:
+    """What each tile holds of voxels (dtype PART), of one in ``every`` points, and the share of the work done."""
+    indices = [TileIndex.load(f) for f in scan_folders]
+    stations = load_stations(scan_folders)
+    tiles = np.unique(np.concatenate([index.runs["tile"] for index in indices]), axis=0)
+    owners = [_tile_set(index) for index in indices]
+    slots = np.full(_extent(lattice).prod(), -1, np.int32)
+    for done, tile in enumerate(tiles):
+        key = tuple(tile.tolist())
+        seen = (index for index, own in zip(indices, owners, strict=True) if key in own)
+        runs = (run[::every] for index in seen for run in tile_runs(index, tile))
+        yield _merge(runs, tile, stations, lattice, slots), (done + 1) / len(tiles)
 
 
 def _tile_set(index: TileIndex) -> set[tuple[int, ...]]:
     return {tuple(t) for t in index.runs["tile"].tolist()}
 
 
-def _merge(runs: Iterable[NDArray[np.void]], tile: NDArray[np.int32], slots: NDArray[np.int32]) -> NDArray[np.void]:
-    """Surfels (dtype SURFEL) of one tile's runs of points (dtype POINT), by voxel; ``slots`` is scratch, all -1."""
+def _extent(lattice: Lattice) -> NDArray[np.int64]:
+    """How many voxels (3,) a tile's surroundings along the lattice hold each way."""
+    plan = int(np.ceil(NX * np.abs(lattice.axes).sum(1)[0])) + 2
+    return np.array([plan, plan, NZ + 2])
+
+
+def _merge(
+    runs: Iterable[NDArray[np.void]],
+    tile: NDArray[np.int32],
+    stations: NDArray[np.float64],
+    lattice: Lattice,
+    slots: NDArray[np.int32],
+) -> NDArray[np.void]:
+    """What one tile's runs of points (dtype POINT) hold of each voxel (dtype PART); ``slots`` is scratch, all -1."""
+    extent = _extent(lattice)
+    turn = lattice.axes
+    corner = np.append(NX * (turn @ tile[:2]), float(NZ * tile[2])) - [*lattice.corner, lattice.level] / SIDE
+    reach = np.append(NX * np.minimum(turn, 0.0).sum(1), 0.0)
+    first = np.floor(corner + reach).astype(np.int64)
+    eyes = (stations - tile * TILE) * (2 * STEPS / TILE)
     sums, cells, used = np.zeros((4096, 8), np.int64), np.zeros(4096, np.int32), 0
+    scale = np.array([turn[0, 0] * NX, turn[0, 1] * NX, float(NZ)]) / STEPS
     for run in runs:
-        sums, cells, used = _accumulate(run.view(np.uint32).reshape(-1, 3), slots, sums, cells, used)
+        words = np.ascontiguousarray(run).view(np.uint32).reshape(-1, 3)
+        sums, cells, used = _accumulate(words, slots, sums, cells, used, scale, corner - first, extent, eyes)
+    slots[cells[:used]] = -1
     order = np.argsort(cells[:used])
     sums, cells = sums[order], cells[order]
-    out = np.zeros(used, SURFEL)
+    out = np.zeros(used, PART)
+    at = np.stack(np.unravel_index(cells, tuple(extent)), 1)
+    out["cell"] = at + first
     n = sums[:, 0] >> 16
     half_step = 0.5 * TILE / STEPS
     mean = sums[:, 1:4] * half_step / n[:, None]
     out["xyz"] = mean + tile * TILE
     out["count"] = n
-    out["rgb"] = np.rint(sums[:, 5:8] / n[:, None])
-    out["station"] = sums[:, 0] & 0xFFFF
-    out["dz"] = np.sqrt(np.maximum(sums[:, 4] * half_step**2 / n - mean[:, 2] ** 2, 0))
-    slots[cells] = -1
+    out["dz2"] = sums[:, 4] * half_step**2 / n - mean[:, 2] ** 2
+    out["rgb"] = np.stack([sums[:, 5] >> 32, sums[:, 5] & 0xFFFFFFFF, sums[:, 6]], 1) / n[:, None]
+    out["station"], out["seen"] = _most_seen(sums, eyes)
+    out["cut"] = _reaches_out(at - (corner - first), turn)
+    return out
+
+
+def _reaches_out(low: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which voxels (n,) reach over their tile's sides; ``low`` (n, 3) are their corners from the tile's, in voxels
+    along the lattice's axes ``turn``.
+    """
+    corners = low[:, None, :2] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    plan = corners @ turn
+    over = ((plan < -1e-6) | (plan > NX + 1e-6)).any((1, 2))
+    return over | (low[:, 2] < -1e-6) | (low[:, 2] + 1 > NZ + 1e-6)
+
+
+def _put_together(parts: NDArray[np.void]) -> NDArray[np.void]:
+    """One part for each voxel, from those of several tiles; in the order of the voxels."""
+    order = np.lexsort((-parts["seen"], *parts["cell"].T[::-1]))
+    parts = parts[order]
+    first = np.flatnonzero(np.append(True, (np.diff(parts["cell"], axis=0) != 0).any(1))) if len(parts) else order
+    out = parts[first]
+    if len(first) == len(parts):
+        return out
+    n = parts["count"].astype(np.float64)
+    total = np.add.reduceat(n, first)
+    out["count"] = total
+    for name in ("xyz", "rgb"):
+        out[name] = np.add.reduceat(n[:, None] * parts[name], first) / total[:, None]
+    off = parts["xyz"][:, 2] - np.repeat(out["xyz"][:, 2], np.diff(np.append(first, len(parts))))
+    out["dz2"] = np.add.reduceat(n * (parts["dz2"] + off**2), first) / total
+    return out
+
+
+def _surfels_of(parts: NDArray[np.void]) -> NDArray[np.void]:
+    """Parts that are whole voxels as surfels (dtype SURFEL)."""
+    out = np.zeros(len(parts), SURFEL)
+    for name in ("xyz", "count", "station"):
+        out[name] = parts[name]
+    out["rgb"] = np.rint(parts["rgb"])
+    out["dz"] = np.sqrt(np.maximum(parts["dz2"], 0))
     return out
 
 
 @nb.njit(cache=True, nogil=True)
-def _accumulate(points, slots, sums, cells, used):  # pyright: ignore
+def _accumulate(points, slots, sums, cells, used, scale, shift, extent, eyes):  # pyright: ignore
     """Add points (n, 3) uint32, the words of POINT, to the voxels' sums; gives the arrays, grown where need be, and how
     many rows are used.
 
+    ``scale`` (3,) voxels along a step of the tile's x, its y and upwards; ``shift`` (3,) place of the tile's corner in
+    voxels from the first of ``extent`` (3,); ``eyes`` (s, 3) the stations in half steps from it.
+
     Per occupied voxel: number of points times 65536 plus the last one's station, sums of x y z (twice the steps plus
-    one), of z z, of r g b (m, 8) int64, which is a line of the processor's cache; cell (m,).
+    one), of z z, of r (times 2 to the 32) and g, of b, and what ``_changed`` keeps of its stations (m, 8) int64, which
+    is a line of the processor's cache; cell (m,).
     """
     capacity = sums.shape[0]
     for i in range(points.shape[0]):
@@ -135,7 +246,10 @@ def _accumulate(points, slots, sums, cells, used):  # pyright: ignore
         qx = xy & 0xFFFF
         qy = xy >> 16
         qz = zrg & 0xFFFF
-        cell = ((qx * NX >> 16) * NX + (qy * NX >> 16)) * NZ + (qz * NZ >> 16)
+        u = np.int64(qx * scale[0] + qy * scale[1] + shift[0])
+        v = np.int64(qy * scale[0] - qx * scale[1] + shift[1])
+        w = np.int64(qz * scale[2] + shift[2])
+        cell = (u * extent[1] + v) * extent[2] + w
         s = slots[cell]
         if s < 0:
             if used == capacity:
@@ -150,14 +264,48 @@ def _accumulate(points, slots, sums, cells, used):  # pyright: ignore
             used += 1
             slots[cell] = s
             cells[s] = cell
+            sums[s, 0] = rest >> 16
         z = 2 * qz + 1
         row = sums[s]
-        row[0] = ((row[0] >> 16) + 1) << 16 | rest >> 16
+        station = rest >> 16
+        if station != row[0] & 0xFFFF:
+            row[7] = _changed(row[7], row[0] & 0xFFFF, 2 * qx, 2 * qy, z, eyes)
+        row[7] += 1 << 40
+        row[0] = ((row[0] >> 16) + 1) << 16 | station
         row[1] += 2 * qx + 1
         row[2] += 2 * qy + 1
         row[3] += z
         row[4] += z * z
-        row[5] += zrg >> 16 & 0xFF
-        row[6] += zrg >> 24
-        row[7] += rest & 0xFF
+        row[5] += (zrg >> 16 & 0xFF) << 32 | zrg >> 24
+        row[6] += rest & 0xFF
     return sums, cells, used
+
+
+@nb.njit(cache=True, nogil=True)
+def _changed(kept, station, x, y, z, eyes):  # pyright: ignore
+    """What is kept of a voxel's stations after the last point of one: 24 bits with the points of the one that goes on,
+    now none, 24 bits with those of the one that has most so far, 16 bits with its number.
+    """
+    count = kept >> 40
+    most = kept >> 16 & 0xFFFFFF
+    best = kept & 0xFFFF
+    if count == most and station < eyes.shape[0] and best < eyes.shape[0]:
+        one = (eyes[station, 0] - x) ** 2 + (eyes[station, 1] - y) ** 2 + (eyes[station, 2] - z) ** 2
+        other = (eyes[best, 0] - x) ** 2 + (eyes[best, 1] - y) ** 2 + (eyes[best, 2] - z) ** 2
+        if one < other:
+            return most << 16 | station
+    return count << 16 | station if count > most else most << 16 | best
+
+
+@nb.njit(cache=True, nogil=True)
+def _most_seen(sums, eyes):  # pyright: ignore
+    """The station (m,) that has most of each voxel's points, and how many (m,)."""
+    station = np.empty(sums.shape[0], np.uint16)
+    seen = np.empty(sums.shape[0], np.int64)
+    for k in range(sums.shape[0]):
+        n = sums[k, 0] >> 16
+        x, y, z = sums[k, 1] / n, sums[k, 2] / n, sums[k, 3] / n
+        kept = _changed(sums[k, 7], sums[k, 0] & 0xFFFF, x, y, z, eyes)
+        station[k] = kept & 0xFFFF
+        seen[k] = kept >> 16
+    return station, seen

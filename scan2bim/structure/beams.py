@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from shapely.geometry import Point, Polygon
 
 from scan2bim.cloud.surfels import PLAN, TALL
+from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.pillars import Pillar
 from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.shapes import BeamShape, ring_of
@@ -205,11 +206,11 @@ def _closed_up(strip: Strip, plan: Plan) -> bool:
     at = strip.local(plan.columns.xy)
     tall = plan.columns.bins * TALL > 0.5 * drop
     inside = (at[:, 0] > strip.low[0]) & (at[:, 0] < strip.high[0]) & tall
-    steps = [
-        len(np.unique(np.floor(at[inside & (np.abs(at[:, 1] - side) < 1.5 * PLAN), 0] / PLAN)))
+    seen = [
+        covered_length(at[inside & (np.abs(at[:, 1] - side) < 1.5 * PLAN), 0], PLAN)
         for side in (strip.low[1], strip.high[1])
     ]
-    return max(steps) * PLAN > FLANKED * float(strip.high[0] - strip.low[0])
+    return max(seen) > FLANKED * float(strip.high[0] - strip.low[0])
 
 
 def _rests(strip: Strip, end: int, plan: Plan, supports: Sequence[Polygon]) -> bool:
@@ -227,8 +228,7 @@ def _rests(strip: Strip, end: int, plan: Plan, supports: Sequence[Polygon]) -> b
     between = upright & (at[:, 1] > strip.low[1] - PLAN) & (at[:, 1] < strip.high[1] + PLAN)
     flush = np.minimum(np.abs(at[:, 1] - strip.low[1]), np.abs(at[:, 1] - strip.high[1])) < PLAN
     beyond = between & flush & (out > 0) & (out < 4 * STUB)
-    if len(np.unique(np.floor(out[beyond] / PLAN))) * PLAN > STUB:
+    if covered_length(out[beyond], PLAN) > STUB:
         return False
     across = between & (np.abs(out) < AT_END)
-    steps = len(np.unique(np.floor(at[across, 1] / PLAN)))
-    return bool(steps * PLAN > 0.5 * (strip.high[1] - strip.low[1]))
+    return bool(covered_length(at[across, 1], PLAN) > 0.5 * (strip.high[1] - strip.low[1]))

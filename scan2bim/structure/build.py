@@ -23,6 +23,7 @@ from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.flooring import Flooring, flooring_of, split_at_floors
+from scan2bim.structure.orientation import in_survey
 from scan2bim.structure.overlaps import Bodies, clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
@@ -69,12 +70,12 @@ def find_structure(
     """Find the building's structure and write it to ``folder``/structure.json."""
     scene = load_scene(surfel_folder, scan_folders)
     progress(0.1)
-    structure = structure_of(scene, settings, progress)
+    structure = in_survey(structure_of(scene.in_lattice(), settings, progress), scene.lattice)
     structure.save(folder / "structure.json")
 
 
 def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[float], None]) -> StructureShape:
-    """Storeys, each with its spaces and walls."""
+    """Storeys, each with its spaces and walls, in the scene's own coordinates."""
     layers = layers_of(scene.surfels, scene.stations)
     levels = find_storeys(scene.surfels, layers, scene.stations)
     if not levels:

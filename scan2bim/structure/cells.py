@@ -126,9 +126,9 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
             xy, off, along = xy[keep], off[keep], along[keep]
     while len(off) > 20:
         base = off.min()
-        counts = np.bincount(((off - base) / PLAN).astype(int))
+        counts = np.bincount(np.rint((off - base) / PLAN).astype(int))  # rows of pixels lie in the middle of bins
         best = int(np.argmax(counts))
-        on = np.abs(off - base - (best + 0.5) * PLAN) < 1.5 * PLAN
+        on = np.abs(off - base - best * PLAN) < 1.5 * PLAN
         t = np.sort(along[on])
         for run in np.split(t, np.flatnonzero(np.diff(t) > 0.6) + 1):
             if run[-1] - run[0] > LONGEST_BARE:

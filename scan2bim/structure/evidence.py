@@ -11,6 +11,7 @@ from shapely.geometry import LineString
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.axes import Axis
 from scan2bim.structure.columns import Columns
 from scan2bim.structure.faces import BAND
@@ -45,9 +46,9 @@ class FaceEvidence:
     def seen_share(self, axis: Axis) -> float:
         """Share of the length of a wall's faces on which something stands upright or a lintel hangs, 0-1."""
         _, along, _ = self.on_faces(axis)
-        steps = len(np.unique(np.floor(along / PLAN)))
+        seen = covered_length(along, PLAN)
         hung = 0.0 if axis.bulge else _share_along(np.array([axis.start, axis.end]) + axis.inset, self._lintels)
-        return min(1.0, hung + steps * PLAN / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
+        return min(1.0, hung + seen / max(axis.length * (bool(axis.left) + bool(axis.right)), PLAN))
 
 
 def _share_along(ends: F64, lines: Sequence[LineString]) -> float:

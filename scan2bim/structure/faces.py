@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
-from scan2bim.structure.steps import TURNED, mod_quarter, turn_to, turned, two_lines
+from scan2bim.structure.steps import TURNED, mod_quarter, parallel_lines, turn_to, turned
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
@@ -40,7 +41,11 @@ LEAST_KNOWN = 0.3
 LEAST_NOOK = 0.5
 """Length, metres, of the shortest part of a wall that stands back."""
 BESIDE = 0.3
-"""Share of such a face's length that the middles of both are apart at least; else the wall is uneven."""
+"""Share of such a face's length that the middles of both are apart at least; else the wall is uneven, unless ..."""
+UNEVEN = 0.2
+"""... at most this share of the columns is followed by one of another line: panels in a row."""
+PARALLEL_WITHIN = 0.003
+"""Radians by which walls that are meant to be parallel differ, as fitted: curtains and leaves do by more."""
 GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
@@ -126,7 +131,11 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     """Faces of the storey's walls, longest first; upright things that stay below the ceiling zone are left out."""
     columns = plan.columns
     upright = (columns.bins >= FEWEST_BINS) | (columns.high >= 2)
-    faces = [f for f in grow_faces(plan, upright, columns.high >= 3) if f.tall >= min(0.4, 0.5 * f.length)]
+    faces = [
+        f
+        for f in grow_faces(columns, plan.floor.shape, upright, columns.high >= 3)
+        if f.tall >= min(0.4, 0.5 * f.length)
+    ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
     faces = sorted(_without_fillings(plan, _square_up(columns, faces)), key=lambda f: -f.length)
     return tuple(without_recesses(faces, faces))
@@ -158,7 +167,7 @@ def _filled(plan: Plan, face: Face, back: Face) -> bool:
         return False
     along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
     tall = (plan.columns.high[face.columns] >= 3) & (along > low) & (along < high)
-    if len(np.unique(np.floor(along[tall] / PLAN))) * PLAN > NOT_TALL * (high - low):
+    if covered_length(along[tall], PLAN) > NOT_TALL * (high - low):
         return False
     depth = -float((back.centre - face.centre) @ face.normal)
     stretch = replace(face, low=low, high=high)
@@ -193,10 +202,13 @@ def _parts_beside(plan: Plan, face: Face, low: float, high: float) -> list[Face]
     return [f for f in fitted if f.length >= SHORTEST]
 
 
-def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.bool_]) -> list[Face]:
-    """Straight runs of the ``upright`` columns (m,), those in one line joined; ``wall_like`` columns count more."""
-    columns = plan.columns
-    index = np.full(plan.floor.shape, -1, np.int64)
+def grow_faces(
+    columns: Columns, shape: tuple[int, ...], upright: NDArray[np.bool_], wall_like: NDArray[np.bool_]
+) -> list[Face]:
+    """Straight runs of the ``upright`` columns (m,) of a raster of this ``shape``, those in one line joined;
+    ``wall_like`` columns count more.
+    """
+    index = np.full(shape, -1, np.int64)
     at = np.flatnonzero(upright)
     index[columns.pixel[at, 1], columns.pixel[at, 0]] = at
     angle, line = local_lines(index, columns.pixel, columns.xy, columns.view)
@@ -208,21 +220,27 @@ def grow_faces(plan: Plan, upright: NDArray[np.bool_], wall_like: NDArray[np.boo
 
 
 def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool_]) -> list[Face]:
-    """A wall and the door leaf beside it, a few centimetres behind its face, each for itself where one oblique line was
-    grown through both; else the face as it is.
+    """A wall and the door leaf or panel beside it, a few centimetres off its face, each for itself where one oblique
+    line was grown through all; else the face as it is.
     """
     offset = columns.xy[face.columns] - face.centre
-    lines = two_lines(offset, face.normal, face.length, main)
+    lines = parallel_lines(offset, face.normal, face.length, main)
     if lines is None:
         return [face]
-    normal, across, first, second = lines
-    nearer = np.abs(across - first) <= np.abs(across - second)
-    along = offset @ face.direction
-    if nearer.all() or abs(np.median(along[nearer]) - np.median(along[~nearer])) < BESIDE * face.length:
+    normal, across, places = lines
+    nearest = np.abs(across[:, None] - places).argmin(1)
+    if not nearest.any() or _uneven(nearest, offset @ face.direction, face.length):
         return [face]
-    parts = [face.columns[side] for side in (nearer, ~nearer)]
+    parts = [face.columns[nearest == k] for k in range(len(places))]
     fitted = [_fit(columns, at, wall_like, normal) for at in parts if len(at) >= 4]
     return [f for f in fitted if f.length >= SHORTEST]
+
+
+def _uneven(line: I64, along: F64, length: float) -> bool:
+    """Whether columns that lie on several lines (n,), some metres ``along`` the face (n,), lie there by turns."""
+    changes = np.count_nonzero(np.diff(line[np.argsort(along)]))
+    apart = abs(np.median(along[line == 0]) - np.median(along[line > 0]))
+    return bool(apart < BESIDE * length and changes > UNEVEN * len(line))
 
 
 def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]:
@@ -256,17 +274,21 @@ def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]
 
 
 def main_direction(faces: Sequence[Face]) -> float:
-    """Angle (radians, 0 to pi/2) of the building's main wall direction, weighted by length; 0 without faces."""
+    """Angle (radians, -pi/4 to pi/4) of the building's main wall direction, weighted by length; 0 without faces."""
     if not faces:
         return 0.0
     angles = np.array([np.arctan2(f.direction[1], f.direction[0]) for f in faces])
     length = np.array([f.length for f in faces])
     bins = np.zeros(180)
     np.add.at(bins, np.floor(np.mod(np.degrees(angles), 90.0) * 2).astype(int) % 180, length)
-    best = np.radians((np.argmax(bins + np.roll(bins, 1) + np.roll(bins, -1)) + 0.5) / 2)
+    best = float(np.radians((np.argmax(bins + np.roll(bins, 1) + np.roll(bins, -1)) + 0.5) / 2))
     off = mod_quarter(angles - best)
-    near = np.abs(off) < np.radians(1.5)
-    return float(np.mod(best + np.average(off[near], weights=length[near] ** 2), np.pi / 2))
+    off, weight = off[np.abs(off) < np.radians(1.5)], length[np.abs(off) < np.radians(1.5)] ** 2
+    order = np.argsort(off)
+    middle = float(off[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
+    for _ in range(4):
+        middle = float(np.average(off, weights=weight / (1 + ((off - middle) / PARALLEL_WITHIN) ** 2) ** 2))
+    return float(mod_quarter(np.array([best + middle]))[0])
 
 
 def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -295,7 +317,6 @@ def _fit(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F64 | 
         n = -n
     along = (xy - centre) @ np.array([n[1], -n[0]])
     near = np.abs(distance) <= BAND
-    cells = np.unique(np.floor(along[wall_like[at]] / PLAN))
     return Face(
         centre,
         n,
@@ -303,7 +324,7 @@ def _fit(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F64 | 
         float(along.max()) + PLAN / 2,
         at,
         float(np.sqrt(np.average(distance[near] ** 2, weights=weight[near]))) if near.any() else BAND,
-        len(cells) * PLAN,
+        covered_length(along[wall_like[at]], PLAN),
         abs(lean) > 0.1,
     )
 
@@ -361,9 +382,9 @@ def _square_up(columns: Columns, faces: list[Face]) -> list[Face]:
     out: list[Face] = []
     for face in faces:
         off = turn_to(face.normal, main)
-        lines = two_lines(columns.xy[face.columns] - face.centre, face.normal, face.length, main)
+        lines = parallel_lines(columns.xy[face.columns] - face.centre, face.normal, face.length, main)
         if lines is not None:
-            out.append(replace(face, centre=face.centre + lines[2] * lines[0], normal=lines[0]))
+            out.append(replace(face, centre=face.centre + lines[2][0] * lines[0], normal=lines[0]))
             continue
         if abs(off) * face.length / 2 > max(0.008, 1.5 * face.rms) or abs(off) > TURNED:
             out.append(face)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.panorama import Panorama, seen_through
+from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.structure.faces import Face
 from scan2bim.structure.plan import Plan
@@ -39,7 +39,7 @@ def looked_through(
         points = np.empty((x.size, 3), np.float32)
         points[:, 0], points[:, 1] = x.ravel() * 2 * PLAN + origin[0], y.ravel() * 2 * PLAN + origin[1]
         points[:, 2] = height
-        said = seen_through(points, panorama.position.astype(np.float32), panorama.ranges, np.float32(MARGIN), misses)
+        said = panorama.said(points, np.float32(MARGIN), misses)
         free[low[1] : high[1], low[0] : high[0]] |= (said == 1).reshape(x.shape)
     return cv2.resize(free, (free.shape[1] * 2, free.shape[0] * 2), interpolation=cv2.INTER_NEAREST)[:rows, :cols] > 0
 
@@ -64,7 +64,7 @@ def seen_beyond(
         crossing = beside[k] + (along - beside[k]) * before[k] / (before[k] + depth)
         inside = (crossing > face.low) & (crossing < face.high)
         if inside.any():
-            said = seen_through(flat, eyes[k].astype(np.float32), panoramas[k].ranges, np.float32(0.05), True)
+            said = panoramas[k].said(flat, np.float32(0.05), misses=True)
             said = np.where(inside[:, None], said.reshape(shape), 0)
             through |= said == 1
             stopped |= said == 3

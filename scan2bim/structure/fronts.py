@@ -153,8 +153,10 @@ def _looked_through(front: Face, plan: Plan, panoramas: Sequence[Panorama]) -> b
 
 
 def _in_line(edge: Face, faces: Lines) -> Face:
-    """The edge on the line of the nearest wall face that it continues, if there is one."""
-    best: tuple[float, Face] | None = None
+    """The edge on the line of the wall face that it continues, if there is one: of several the tallest in all, since
+    where the ceiling ends is seen too roughly to tell them apart.
+    """
+    best: Face | None = None
     ends = edge.ends()
     for face in faces.continued(edge, IN_LINE):
         offset = ends - face.centre
@@ -162,10 +164,9 @@ def _in_line(edge: Face, faces: Lines) -> Face:
         gap = max(along[0] - face.high, face.low - along[1])
         off = float(np.abs(offset @ face.normal).max())
         follows = face.normal @ edge.normal > PARALLEL and gap < GAP and off < IN_LINE
-        if follows and (best is None or off < best[0]):
-            best = off, face
+        if follows and (best is None or face.tall > best.tall):
+            best = face
     if best is None:
         return edge
-    face = best[1]
-    low, high = np.sort((edge.ends() - face.centre) @ face.direction).tolist()
-    return replace(edge, centre=face.centre, normal=face.normal, low=low, high=high, rms=face.rms, sided=True)
+    low, high = np.sort((edge.ends() - best.centre) @ best.direction).tolist()
+    return replace(edge, centre=best.centre, normal=best.normal, low=low, high=high, rms=best.rms, sided=True)

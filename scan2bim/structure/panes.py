@@ -43,7 +43,8 @@ def with_panes(
     ``layers`` are those of the doubtful surfels of the storey.
     """
     columns = gather_columns(doubtful, layers, plan.grid, stations)
-    found = grow_faces(replace(plan, columns=columns), columns.bins >= FEWEST_BINS, columns.bins >= FEWEST_BINS)
+    tall = columns.bins >= FEWEST_BINS
+    found = grow_faces(columns, plan.floor.shape, tall, tall)
     panes = [f for f in found if f.length >= SHORTEST and f.tall >= FULLEST * f.length and f.sided]
     panes = [f for f in without_recesses(panes, faces) if not any(_beside(f, other) for other in faces)]
     joined = replace(plan, columns=plan.columns.joined(columns))

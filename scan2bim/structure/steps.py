@@ -1,4 +1,4 @@
-"""Two lines where one was grown: a wall, and a door leaf a few centimetres behind its face that turned it."""
+"""Several lines where one was grown: a wall, and leaves or panels a few centimetres off its face that turned it."""
 
 from __future__ import annotations
 
@@ -14,25 +14,30 @@ STEP = 0.024
 LONG_ENOUGH = 1.0
 """Length, metres, from which on a face can hold a wall and a leaf."""
 RATHER = 1.3
-"""Times as many columns must lie on two parallel lines as on an oblique one to be these."""
+"""Times as many columns must lie on parallel lines as on an oblique one to be these."""
+MOST = 3
+"""Parallel lines looked for: those of an oblique face that long hold less of it."""
 F64 = NDArray[np.float64]
 
 
-def two_lines(offset: F64, normal: F64, length: float, main: float) -> tuple[F64, F64, float, float] | None:
-    """Where two lines along the ``main`` directions hold far more of a turned face's columns than its own line does:
-    their normal (2,), the columns' distances (n,) along it from the face's centre, and those of the fuller line and of
-    the other one. ``offset`` (n, 2) of the columns from the centre, ``normal`` and ``length`` the face's.
+def parallel_lines(offset: F64, normal: F64, length: float, main: float) -> tuple[F64, F64, F64] | None:
+    """Where two or three lines along the ``main`` directions hold far more of a turned face's columns than its own line
+    does: their normal (2,), the columns' distances (n,) along it from the face's centre, and those of the lines (k,),
+    the fullest first. ``offset`` (n, 2) of the columns from the centre, ``normal`` and ``length`` the face's.
     """
     off = turn_to(normal, main)
     if length < LONG_ENOUGH or abs(off) > TURNED or abs(off) * length <= STEP:
         return None
     square = turned(normal, -off)
     across, own = offset @ square, np.abs(offset @ normal) < EVEN
-    first = _fullest(across)
-    on_first = np.abs(across - first) < EVEN
-    second = _fullest(across[~on_first]) if not on_first.all() else first
-    on_second = np.abs(across - second) < EVEN
-    return (square, across, first, second) if (on_first | on_second).sum() >= RATHER * own.sum() else None
+    lines: list[float] = []
+    left = np.ones(len(across), bool)
+    while len(lines) < MOST and left.any():
+        lines.append(_fullest(across[left]))
+        left &= np.abs(across - lines[-1]) >= EVEN
+        if (~left).sum() >= RATHER * own.sum():
+            return square, across, np.array(lines)
+    return None
 
 
 def _fullest(across: F64) -> float:

@@ -43,6 +43,8 @@ COVERED = 0.8
 """Share of a gap that piers must cover."""
 TOUCH = 1e-3
 """Distance, metres, within which an end lies on a point."""
+ALIKE = 0.05
+"""Metres by which an end may move farther to lie on a longer wall: those on its both sides are seldom quite in line."""
 IN_LINE = 0.04
 """Difference of axis and of thickness, metres, up to which walls in one line are one wall."""
 
@@ -299,10 +301,12 @@ def _place_on(axis: Axis, point: F64) -> str:
 
 
 def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64] | None:
-    """The wall on whose axis the end ``at`` of wall i should lie, and the point; None for a free end."""
+    """The wall on whose axis the end ``at`` of wall i should lie, the longest of those that are about as near, and the
+    point; None for a free end.
+    """
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
-    best: tuple[float, int, F64] | None = None
+    found: list[tuple[float, int, F64]] = []
     for j in near:
         other = axes[j]
         cross = float(outward @ other.normal)
@@ -317,6 +321,9 @@ def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]
         room = own.thickness / 2 + 0.15
         if not -room <= along <= other.length + room:
             continue
-        if best is None or abs(move) < best[0]:
-            best = (abs(move), j, point)
-    return None if best is None else (best[1], best[2])
+        found.append((abs(move), j, point))
+    if not found:
+        return None
+    least = min(move for move, _, _ in found)
+    _, j, point = max((f for f in found if f[0] < least + ALIKE), key=lambda f: axes[f[1]].length)
+    return j, point
