@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numba as nb
 import numpy as np
@@ -47,16 +48,19 @@ class Panorama:
         self._turn = turn
 
     def turned(self, lattice: Lattice) -> Panorama:
-        """The same in a lattice's own coordinates; to be asked by ``said`` alone."""
+        """The same in a lattice's own coordinates; to be asked by ``said``, or in the axes of its ``cube``."""
         return Panorama(lattice.own(self.position[None])[0], self._source, lattice.axes)
 
     def said(self, points: F32, margin: np.float32, misses: bool = False) -> NDArray[np.uint8]:
         """What ``seen_through`` says of points (n, 3)."""
-        position = self.position.astype(np.float32)
-        if self._turn is not None:
-            points = points.copy()
-            points[:, :2] = (points[:, :2] - position[:2]) @ self._turn.astype(np.float32) + position[:2]
-        return seen_through(points, position, self.ranges, margin, misses)
+        turned = self.cube(points) if self._turn is not None else points
+        return seen_through(turned, self.cube(self.position[None])[0].astype(np.float32), self.ranges, margin, misses)
+
+    def cube(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Points or directions (n, 2) or (n, 3), along the axes of its cells."""
+        if self._turn is None:
+            return points
+        return np.concatenate([points[:, :2] @ self._turn.astype(points.dtype), points[:, 2:]], axis=1)
 
     @property
     def ranges(self) -> F32:

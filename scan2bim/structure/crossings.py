@@ -88,16 +88,18 @@ def crossings_of(axis: Axis, base: float, top: float, panoramas: Sequence[Panora
     none = np.zeros(round(DEEP / BIN))
     outward = -axis.normal if axis.left else axis.normal
     start = axis.start + axis.inset
-    frame = np.array([*start, *axis.direction, *outward, axis.length, base, top])
+    sizes = np.array([axis.length, base, top])
     near = [p for p in panoramas if float((p.position[:2] - start) @ outward) < -BEFORE]
     shape = max(1, int(axis.length / PIXEL)), max(1, int((top - base) / PIXEL))
     on_face, through = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     for panorama in near:
-        _look(panorama.ranges, panorama.position, frame, on_face, through)
+        frame = np.append(panorama.cube(np.array([start, axis.direction, outward])), sizes)
+        _look(panorama.ranges, panorama.cube(panorama.position[None])[0], frame, on_face, through)
     solid = _crowd(on_face) > _crowd(through)
     counts = np.zeros((2, len(none)))
     for panorama in near:
-        _cross(panorama.ranges, panorama.position, frame, solid, counts)
+        frame = np.append(panorama.cube(np.array([start, axis.direction, outward])), sizes)
+        _cross(panorama.ranges, panorama.cube(panorama.position[None])[0], frame, solid, counts)
     return Crossings(counts[0], counts[1])
 
 
