@@ -101,7 +101,7 @@ def edge_faces(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32], ma
     found: list[Face] = []
     for angle in (main, main + np.pi / 2):
         normal = np.array([-np.sin(angle), np.cos(angle)])
-        shift = np.rint(normal * 3).astype(int)
+        shift = np.rint(normal).astype(int)
         for sign in (1, -1):
             moved = np.roll(space, tuple(sign * shift[::-1]), (0, 1))
             row, col = np.nonzero((space > 0) & (moved == 0))
@@ -133,24 +133,37 @@ def _edge_lines(xy: F64, normal: F64, known: Sequence[Face]) -> list[Face]:
         for run in np.split(t, np.flatnonzero(np.diff(t) > 0.6) + 1):
             if run[-1] - run[0] > LONGEST_BARE:
                 mine = on & (along >= run[0]) & (along <= run[-1])
-                centre = normal * _outermost(off[mine], along[mine])
-                found.append(
-                    Face(centre, normal, float(run[0]), float(run[-1]), np.zeros(0, np.int64), PLAN, 0.0, False)
-                )
+                for low, high, place in _ends_of(*_outermost(off[mine], along[mine])):
+                    found.append(Face(normal * place, normal, low, high, np.zeros(0, np.int64), PLAN, 0.0, False))
         if counts[best] * PLAN < LONGEST_BARE:
             break
         off, along = off[~on], along[~on]
     return found
 
 
-def _outermost(off: F64, along: F64) -> float:
-    """Where a surface ends that was seen in a band of pixels: the median over 10 cm steps of the least offset of each.
+def _outermost(off: F64, along: F64) -> tuple[F64, F64]:
+    """Where a surface ends that was seen in a band of pixels: the least offset in each step of 10 cm (s,), and how far
+    along those lie (s,).
+    """
+    step = np.floor((along - along.min()) / 0.1 + 0.25).astype(np.int64)
+    order = np.lexsort((off, step))
+    first = order[np.unique(step[order], return_index=True)[1]]
+    return off[first], along[first]
+
+
+def _ends_of(off: F64, along: F64) -> list[tuple[float, float, float]]:
+    """Stretches of such an end, parted where it steps back: from where to where they go and their place.
 
     The last pixel is on average half full, and the mean place of what was seen in it then a quarter pixel from the end.
     """
-    step = np.floor(along / 0.1).astype(np.int64)
-    order = np.lexsort((off, step))
-    return float(np.median(off[order][np.unique(step[order], return_index=True)[1]])) - PLAN / 4
+    count, total = np.arange(1, len(off)), np.cumsum(off)[:-1]
+    step = np.abs(total / count - (off.sum() - total) / (len(off) - count))
+    long = (along[:-1] - along[0] > LONGEST_BARE) & (along[-1] - along[1:] > LONGEST_BARE)
+    clear = np.where(long, step, 0.0)
+    k = int(np.argmax(clear)) + 1
+    if clear.max(initial=0.0) > PLAN:
+        return _ends_of(off[:k], along[:k]) + _ends_of(off[k:], along[k:])
+    return [(float(along[0]), float(along[-1]), float(np.median(off)) - PLAN / 4)]
 
 
 def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:

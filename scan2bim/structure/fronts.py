@@ -18,7 +18,7 @@ from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
 from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, SAME_LEVEL, Face, Lines, ceiling_on, strip_of
 from scan2bim.structure.free_space import seen_beyond
-from scan2bim.structure.plan import Plan
+from scan2bim.structure.plan import Plan, without_ceiling
 
 SHORTEST = 0.6
 """Length, metres, of the shortest front looked for."""
@@ -86,15 +86,7 @@ def without_strips(plan: Plan, before: Sequence[Face] | None = None) -> Plan:
             pixel = _behind(face, plan)
             near[pixel[..., 1], pixel[..., 0]] = True
         strip &= near
-    return _without(plan, strip)
-
-
-def _without(plan: Plan, hidden: NDArray[np.bool_]) -> Plan:
-    return replace(
-        plan,
-        ceiling=np.where(hidden, np.uint8(0), plan.ceiling),
-        ceiling_z=np.where(hidden, np.float32(np.nan), plan.ceiling_z),
-    )
+    return without_ceiling(plan, strip)
 
 
 def without_soffits(plan: Plan, gaps: Sequence[Face]) -> Plan:
@@ -110,7 +102,7 @@ def without_soffits(plan: Plan, gaps: Sequence[Face]) -> Plan:
             lower = (behind < np.nanmedian(before) - SAME_LEVEL) & ends
             pixel = strip_of(plan, gap, -BEYOND, 0.0)[lower]
             hidden[pixel[:, 1], pixel[:, 0]] = True
-    return _without(plan, hidden)
+    return without_ceiling(plan, hidden)
 
 
 def _under_strips(edge: Face, plan: Plan) -> list[Face]:

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from scan2bim.cloud.panorama import Panorama
-from scan2bim.cloud.surfels import Surfels
+from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.structure.columns import F64, gather_columns
 from scan2bim.structure.faces import Face, grow_faces, without_recesses
 from scan2bim.structure.free_space import seen_beyond
-from scan2bim.structure.plan import Plan
+from scan2bim.structure.plan import Plan, without_ceiling
 from scan2bim.structure.storeys import Layers
 
 SHORTEST = 0.8
@@ -31,6 +31,12 @@ BEYOND = 0.3
 """Metres behind a face at which a pulse must still fly to have gone through it."""
 THROUGH = 0.4
 """Share of its height that stations must have looked through a pane."""
+OUTSIDE = 4.0
+"""Metres behind a glass front up to which a ceiling is asked for from where it was seen: deeper ones are rooms."""
+ENTERED = 0.5
+"""Share of the ceiling behind a glass front that was seen from elsewhere, from which on there is a room."""
+SAW = 0.1
+"""Metres by which what a station saw may lie before or behind a place for it to have seen that."""
 APART = 0.15
 """Distance, metres, from a seen wall face within which nothing is taken for another."""
 
@@ -64,6 +70,30 @@ def as_glass(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> Face:
     upright[steps[(steps >= 0) & (steps < len(told))]] = True
     share = through.sum(1) / np.maximum(told.sum(1), 1)
     return replace(face, glass=bool((upright & (share > THROUGH)).mean() > FULLEST))
+
+
+def without_outside(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]) -> Plan:
+    """The plan without the ceiling behind glass fronts that was seen through the glass alone: eaves, balconies, and
+    rooms that nobody entered.
+    """
+    row, col = np.nonzero(plan.ceiling)
+    xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
+    points = np.column_stack([xy, plan.grid.roof[row, col]]).astype(np.float32)
+    outside = np.zeros(len(points), bool)
+    for face in faces:
+        depth, along = -((xy - face.centre) @ face.normal), (xy - face.centre) @ face.direction
+        behind = np.flatnonzero((depth > 0) & (depth < OUTSIDE) & (along > face.low) & (along < face.high))
+        if face.glass and len(behind):
+            past = np.zeros(len(behind), bool)
+            for panorama in panoramas:
+                before, beside = np.array([face.normal, face.direction]) @ (panorama.position[:2] - face.centre)
+                crossing = beside + (along[behind] - beside) * before / np.maximum(before + depth[behind], 1e-6)
+                glazed = (before > 0) & (crossing > face.low) & (crossing < face.high)
+                past |= (panorama.said(points[behind], np.float32(SAW)) == 2) & ~glazed
+            outside[behind] |= ~past & (past.mean() < ENTERED)
+    hidden = np.zeros(plan.ceiling.shape, bool)
+    hidden[row[outside], col[outside]] = True
+    return without_ceiling(plan, hidden)
 
 
 def _beside(pane: Face, face: Face) -> bool:

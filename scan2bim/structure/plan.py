@@ -260,6 +260,15 @@ def _roof_near(ceiling_z: F32) -> F32:
     return lowered.ravel()[nearest_of(known)]
 
 
+def without_ceiling(plan: Plan, hidden: NDArray[np.bool_]) -> Plan:
+    """The plan without its ceiling over the ``hidden`` pixels."""
+    return replace(
+        plan,
+        ceiling=np.where(hidden, np.uint8(0), plan.ceiling),
+        ceiling_z=np.where(hidden, np.float32(np.nan), plan.ceiling_z),
+    )
+
+
 def pixels_in(polygon: Polygon, plan: Plan) -> NDArray[np.bool_]:
     """Mask of the plan's pixels inside a polygon, holes left out."""
     mask = np.zeros(plan.floor.shape, np.uint8)

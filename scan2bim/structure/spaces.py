@@ -15,6 +15,7 @@ from scan2bim.structure.cells import Cells, cut_cells, edge_faces, gaps, label_c
 from scan2bim.structure.faces import Face, main_direction
 from scan2bim.structure.free_space import looked_through
 from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
+from scan2bim.structure.panes import without_outside
 from scan2bim.structure.plan import Plan
 
 LEAST_MEAN = 0.35
@@ -39,6 +40,7 @@ def find_spaces(
     """Inner outlines of the storey's spaces, largest first, and the lintels of window fronts found with them."""
     if not faces:
         return (), ()
+    plan = without_outside(plan, faces, panoramas)
     free = _free_above(plan, panoramas)
     bare = without_strips(plan)
     ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))

@@ -15,6 +15,10 @@ LONG_ENOUGH = 1.0
 """Length, metres, from which on a face can hold a wall and a leaf."""
 RATHER = 1.3
 """Times as many columns must lie on parallel lines as on an oblique one to be these."""
+NARROW, CLEARLY = 0.75, 1.1
+"""As many suffice where the lines are together that much narrower than what the face is turned by from end to end: of
+an oblique one they would hold no more than this share.
+"""
 MOST = 3
 """Parallel lines looked for: those of an oblique face that long hold less of it."""
 F64 = NDArray[np.float64]
@@ -35,7 +39,8 @@ def parallel_lines(offset: F64, normal: F64, length: float, main: float) -> tupl
     while len(lines) < MOST and left.any():
         lines.append(_fullest(across[left]))
         left &= np.abs(across - lines[-1]) >= EVEN
-        if (~left).sum() >= RATHER * own.sum():
+        narrow = 2 * EVEN * len(lines) <= NARROW * abs(off) * length
+        if (~left).sum() >= (CLEARLY if narrow else RATHER) * own.sum():
             return square, across, np.array(lines)
     return None
 
