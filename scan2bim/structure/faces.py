@@ -16,7 +16,7 @@ from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
-from scan2bim.structure.steps import TURNED, mod_quarter, parallel_lines, turn_to, turned
+from scan2bim.structure.steps import EVEN, TURNED, mod_quarter, parallel_lines, turn_to, turned
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
@@ -46,6 +46,8 @@ UNEVEN = 0.2
 """... at most this share of the columns is followed by one of another line: panels in a row."""
 PARALLEL_WITHIN = 0.003
 """Radians by which walls that are meant to be parallel differ, as fitted: curtains and leaves do by more."""
+ALONG = 0.015
+"""Radians up to which what lies far apart is in line along a main direction: 3 cm over 2 m."""
 GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
@@ -216,7 +218,7 @@ def grow_faces(
     fitted = _fit_all(columns, region, wall_like)
     main = main_direction(fitted)
     fitted = [part for face in fitted for part in _steps(columns, face, main, wall_like)]
-    return _merge_collinear(columns, fitted, wall_like)
+    return _merge_collinear(columns, fitted, main, wall_like)
 
 
 def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -228,10 +230,12 @@ def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool
     if lines is None:
         return [face]
     normal, across, places = lines
-    nearest = np.abs(across[:, None] - places).argmin(1)
-    if not nearest.any() or _uneven(nearest, offset @ face.direction, face.length):
+    away = np.abs(across[:, None] - places)
+    on = away.min(1) < 2 * EVEN
+    nearest = away[on].argmin(1)
+    if not nearest.any() or _uneven(nearest, (offset @ face.direction)[on], face.length):
         return [face]
-    parts = [face.columns[nearest == k] for k in range(len(places))]
+    parts = [face.columns[on][nearest == k] for k in range(len(places))]
     fitted = [_fit(columns, at, wall_like, normal) for at in parts if len(at) >= 4]
     return [f for f in fitted if f.length >= SHORTEST]
 
@@ -334,7 +338,7 @@ def _smallest_axis(offset: F64, weight: F64) -> F64:
     return np.linalg.eigh(covariance)[1][:, 0]
 
 
-def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.bool_]) -> list[Face]:
+def _merge_collinear(columns: Columns, faces: list[Face], main: float, wall_like: NDArray[np.bool_]) -> list[Face]:
     """Runs of one line and one side become one face; repeated until nothing merges."""
     while True:
         faces = sorted(faces, key=lambda f: -f.length)
@@ -349,7 +353,7 @@ def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.
                 (np.abs(normals[i + 1 :] @ a.normal) > PARALLEL) & (off[:, 0] < 1.5 * BAND) & (off[:, 1] < 1.5 * BAND)
             )
             for j in np.flatnonzero(near) + i + 1:
-                if parent[j] == j and _in_line(a, faces[j]):
+                if parent[j] == j and _in_line(a, faces[j], main):
                     parent[j] = i
         if (parent == np.arange(len(faces))).all():
             return faces
@@ -362,8 +366,10 @@ def _merge_collinear(columns: Columns, faces: list[Face], wall_like: NDArray[np.
         faces = joined
 
 
-def _in_line(a: Face, b: Face) -> bool:
-    """Whether the shorter face b continues the longer face a."""
+def _in_line(a: Face, b: Face, main: float) -> bool:
+    """Whether the shorter face b continues the longer face a; across a gap longer than both together only along the
+    ``main`` directions, since any two short runs have a line through them.
+    """
     side = float(a.normal @ b.normal)
     if abs(side) < PARALLEL or (a.sided and b.sided and side < 0):
         return False
@@ -371,7 +377,10 @@ def _in_line(a: Face, b: Face) -> bool:
     if np.abs(ends @ a.normal).max() > BAND * (1.0 if b.length > 0.5 else 1.4):
         return False
     along = np.sort(ends @ a.direction)
-    return bool(along[0] - a.high < GAP and a.low - along[1] < GAP)
+    gap = float(max(along[0] - a.high, a.low - along[1]))
+    middle = b.ends().mean(0) - a.ends().mean(0)
+    oblique = gap > a.length + b.length and abs(turn_to(middle, main)) > ALONG
+    return gap < GAP and not oblique
 
 
 def _square_up(columns: Columns, faces: list[Face]) -> list[Face]:

@@ -37,6 +37,10 @@ ENTERED = 0.5
 """Share of the ceiling behind a glass front that was seen from elsewhere, from which on there is a room."""
 SAW = 0.1
 """Metres by which what a station saw may lie before or behind a place for it to have seen that."""
+CLEAR, FEWEST = 0.8, 0.25
+"""Share of the whole face that they must have looked through for it to be glass where fewer of its columns send pulses
+back: clean panes return few.
+"""
 APART = 0.15
 """Distance, metres, from a seen wall face within which nothing is taken for another."""
 
@@ -69,7 +73,8 @@ def as_glass(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> Face:
     upright = np.zeros(len(told), bool)
     upright[steps[(steps >= 0) & (steps < len(told))]] = True
     share = through.sum(1) / np.maximum(told.sum(1), 1)
-    return replace(face, glass=bool((upright & (share > THROUGH)).mean() > FULLEST))
+    least = FEWEST if share.mean() > CLEAR else FULLEST
+    return replace(face, glass=bool((upright & (share > THROUGH)).mean() > least))
 
 
 def without_outside(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panorama]) -> Plan:
