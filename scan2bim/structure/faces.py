@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
+from scan2bim.structure.fits import BAND, Face, fit_line
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
-from scan2bim.structure.steps import EVEN, TURNED, mod_quarter, parallel_lines, turn_to, turned
+from scan2bim.structure.steps import EVEN, LONG_ENOUGH, TURNED, mod_quarter, parallel_lines, turn_to, turned
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
-BAND = 0.025
-"""Half-width of a face, metres: three times a scanner's noise and registration error together."""
 SHORTEST = 0.20
 """Length of a face, metres, below which its direction is noise."""
 PARALLEL = 0.996
@@ -52,43 +51,6 @@ GAP = 3.0
 """Runs in one line are one face across gaps up to this, metres: doors, windows, cupboards."""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Face:
-    """One visible wall side in plan. ``centre`` (2,), ``normal`` (2,) unit, towards the air in front; ``low`` and
-    ``high`` its extent along the direction (``normal`` turned by -90 degrees: with the air on the left when walking
-    along it); ``columns`` indices into the plan's columns; ``rms`` metres; ``tall`` metres of its length that reach the
-    ceiling zone; ``sided`` whether stations tell on which side the air is; ``glass`` a front of panes; ``lintel`` known
-    from where the ceiling ends before glazing, not from columns.
-    """
-
-    centre: F64
-    normal: F64
-    low: float
-    high: float
-    columns: I64
-    rms: float
-    tall: float
-    sided: bool
-    glass: bool = False
-    lintel: bool = False
-
-    @property
-    def direction(self) -> F64:
-        """Unit vector along the face, air on the left."""
-        return np.array([self.normal[1], -self.normal[0]])
-
-    @property
-    def length(self) -> float:
-        """Metres from end to end."""
-        return self.high - self.low
-
-    def ends(self, margin: float = 0.0) -> F64:
-        """End points (2, 2), moved outwards by ``margin`` metres."""
-        (x, y), (nx, ny) = self.centre.tolist(), self.normal.tolist()  # thousands are asked: plain numbers are faster
-        low, high = self.low - margin, self.high + margin
-        return np.array([[x + low * ny, y - low * nx], [x + high * ny, y - high * nx]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,7 +162,7 @@ def _parts_beside(plan: Plan, face: Face, low: float, high: float) -> list[Face]
     columns = plan.columns
     along = (columns.xy[face.columns] - face.centre) @ face.direction
     sides = [face.columns[side] for side in (along < low, along > high)]
-    fitted = [_fit(columns, at, columns.high >= 3, face.normal) for at in sides if len(at) >= 4]
+    fitted = [fit_line(columns, at, columns.high >= 3, face.normal) for at in sides if len(at) >= 4]
     return [f for f in fitted if f.length >= SHORTEST]
 
 
@@ -218,6 +180,7 @@ def grow_faces(
     fitted = _fit_all(columns, region, wall_like)
     main = main_direction(fitted)
     fitted = [part for face in fitted for part in _steps(columns, face, main, wall_like)]
+    fitted = [_straightened(columns, face, fitted, main, wall_like) for face in fitted]
     return _merge_collinear(columns, fitted, main, wall_like)
 
 
@@ -236,8 +199,30 @@ def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool
     if not nearest.any() or _uneven(nearest, (offset @ face.direction)[on], face.length):
         return [face]
     parts = [face.columns[on][nearest == k] for k in range(len(places))]
-    fitted = [_fit(columns, at, wall_like, normal) for at in parts if len(at) >= 4]
+    fitted = [fit_line(columns, at, wall_like, normal) for at in parts if len(at) >= 4]
     return [f for f in fitted if f.length >= SHORTEST]
+
+
+def _straightened(
+    columns: Columns, face: Face, faces: Sequence[Face], main: float, wall_like: NDArray[np.bool_]
+) -> Face:
+    """A short face that is a little turned, as of a wall's stub and what stands beside it, as far as it lies on the
+    line of a longer face along the ``main`` directions; else the face as it is.
+    """
+    off = abs(turn_to(face.normal, main))
+    if face.length > LONG_ENOUGH or not EVEN < off * face.length < TURNED:
+        return face
+    for other in sorted(faces, key=lambda f: -f.length):
+        if other.length <= face.length:
+            break
+        away = (columns.xy[face.columns] - other.centre) @ other.normal
+        along = (columns.xy[face.columns] - other.centre) @ other.direction
+        near = (along > other.low - GAP) & (along < other.high + GAP)
+        on = (np.abs(away) < EVEN) & near & wall_like[face.columns]
+        square = abs(turn_to(other.normal, main)) < ALONG and other.normal @ face.normal > OBLIQUE
+        if square and covered_length(along[on], PLAN) >= SHORTEST:
+            return fit_line(columns, face.columns[on], wall_like, other.normal)
+    return face
 
 
 def _uneven(line: I64, along: F64, length: float) -> bool:
@@ -299,43 +284,8 @@ def _fit_all(columns: Columns, region: I64, wall_like: NDArray[np.bool_]) -> lis
     order = np.argsort(region, kind="stable")
     order = order[region[order] >= 0]
     groups = np.split(order, np.flatnonzero(np.diff(region[order])) + 1) if len(order) else []
-    faces = [_fit(columns, g, wall_like) for g in groups if len(g) >= 4]
+    faces = [fit_line(columns, g, wall_like) for g in groups if len(g) >= 4]
     return [f for f in faces if f.length >= SHORTEST and f.length > 6 * f.rms]
-
-
-def _fit(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F64 | None = None) -> Face:
-    """Robust line through columns ``at``, weighted by how tall they are; ``normal`` fixes its direction."""
-    xy = columns.xy[at]
-    tall = columns.bins[at].astype(np.float64) * np.where(wall_like[at], 1.0, 0.3)
-    weight = tall
-    centre, n = np.zeros(2), np.zeros(2)
-    distance = np.zeros(len(at))
-    for _ in range(3):
-        centre = np.average(xy, axis=0, weights=weight)
-        n = _smallest_axis(xy - centre, weight) if normal is None else normal
-        distance = (xy - centre) @ n
-        scale = max(1.4826 * float(np.median(np.abs(distance))), 0.001)
-        weight = tall / (1 + (distance / (2 * scale)) ** 2) ** 2 + 1e-9
-    lean = float((columns.view[at] @ n).mean())
-    if lean < 0:
-        n = -n
-    along = (xy - centre) @ np.array([n[1], -n[0]])
-    near = np.abs(distance) <= BAND
-    return Face(
-        centre,
-        n,
-        float(along.min()) - PLAN / 2,
-        float(along.max()) + PLAN / 2,
-        at,
-        float(np.sqrt(np.average(distance[near] ** 2, weights=weight[near]))) if near.any() else BAND,
-        covered_length(along[wall_like[at]], PLAN),
-        abs(lean) > 0.1,
-    )
-
-
-def _smallest_axis(offset: F64, weight: F64) -> F64:
-    covariance = (offset * weight[:, None]).T @ offset
-    return np.linalg.eigh(covariance)[1][:, 0]
 
 
 def _merge_collinear(columns: Columns, faces: list[Face], main: float, wall_like: NDArray[np.bool_]) -> list[Face]:
@@ -362,7 +312,7 @@ def _merge_collinear(columns: Columns, faces: list[Face], main: float, wall_like
         for group in np.split(order, np.flatnonzero(np.diff(parent[order])) + 1):
             members = [faces[j] for j in group]
             columns_of = [m.columns for m in members]
-            joined.append(members[0] if len(members) == 1 else _fit(columns, np.concatenate(columns_of), wall_like))
+            joined.append(members[0] if len(members) == 1 else fit_line(columns, np.concatenate(columns_of), wall_like))
         faces = joined
 
 
