@@ -1,14 +1,16 @@
 """Convert scenes as they are, turned, moved, thinned, in another order and merged, and compare the walls.
 
-    ./run invariance [--scenes DIR] [--only NAME]
+    ./run invariance [--scenes DIR] [--only NAME] [--kept]
 
 DIR holds a folder for each scene with its scans in e57/. The changed scans are made in out/invariance, one at a time,
-and removed. With --only nothing is written to docs: the table goes to the terminal.
+and removed. With --only nothing is written to docs: the table goes to the terminal, and is kept. With --kept nothing is
+converted: the section is written from what was kept of each scene.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import shutil
 import sys
@@ -118,12 +120,17 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     warm_up()
     rows: list[list[str]] = []
-    failed = 0
     for scene in scenes:
-        for row in _rows(scene):
-            rows.append(row)
-            failed += "–" in row
-            print(" | ".join(row), file=sys.stderr, flush=True)
+        kept = OUT / f"{scene.name}_rows.json"
+        if not options.kept:
+            OUT.mkdir(parents=True, exist_ok=True)
+            kept.write_text(json.dumps(_rows(scene)), encoding="utf-8")
+        if not kept.exists():
+            print(f"{kept} is missing. Make it: ./run invariance --only {scene.name}", file=sys.stderr)
+            return 2
+        rows += json.loads(kept.read_text(encoding="utf-8"))
+    failed = sum("–" in row for row in rows)
+    rows.append(["aim", "", "", "", "all", "1.00", "", "", "all"])
     head = ["scene", "change", "walls", "then", "same", "length", "spaces", "then", "same"]
     text = f"{INTRODUCTION}\n\n{table(head, rows)}"
     if options.only is None:
@@ -137,6 +144,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=Path, default=SCENES, help="where the scenes lie (default out/bench)")
     parser.add_argument("--only", help="just the scene of this name")
+    parser.add_argument("--kept", action="store_true", help="convert nothing; write what was kept of each scene")
     return parser.parse_args(arguments)
 
 
@@ -157,6 +165,7 @@ def _rows(scene: Path) -> list[list[str]]:
         a = agreement(base, brought_back(other, variant.yaw, np.array(variant.shift)))
         counts = [str(a.walls[0]), str(a.walls[1]), str(a.same), f"{a.length:.2f}"]
         rows.append([scene.name, variant.name, *counts, str(a.spaces[0]), str(a.spaces[1]), str(a.same_spaces)])
+        print(" | ".join(rows[-1]), file=sys.stderr, flush=True)
     return rows
 
 

@@ -9,12 +9,14 @@ from pydantic import TypeAdapter
 
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary, ingest_scan
+from scan2bim.cloud.lattice import Lattice
 from scan2bim.cloud.scan import Chunk, Pose, ScanHeader
 from scan2bim.cloud.surfels import PLAN, TALL, Surfels, make_surfels
 from scan2bim.cloud.tiles import TileWriter
 from scan2bim.config import ReadSettings, SurfelSettings
 
 F32 = NDArray[np.float32]
+OBLIQUE = (Lattice(0.4, (0.013, 0.031), 0.017), Lattice(-2.3, (0.4, -7.02), 0.05))
 
 
 def merged(folder: Path, scans: list[F32], order: list[int] | None = None) -> Surfels:
@@ -111,3 +113,30 @@ def test_surfels_that_hang_alone_before_what_their_station_saw_are_not_trusted(t
     doubtful, trusted = (Surfels.load(tmp_path, trusted=kind) for kind in (False, True))
     np.testing.assert_allclose(doubtful.xyz, [[1.5, 0.0, 0.0]], atol=1e-3)
     assert len(trusted) + 1 == len(Surfels.load(tmp_path))
+
+
+@pytest.mark.parametrize("lattice", [Lattice(), *OBLIQUE])
+def test_a_surfel_is_a_whole_voxel_of_the_lattice_also_across_the_sides_of_tiles(
+    tmp_path: Path, lattice: Lattice
+) -> None:
+    points = cloud(3)
+    merged(tmp_path, [points])
+    make_surfels([tmp_path / "scan0"], tmp_path, SurfelSettings(), lambda _: None, lattice)
+    surfels = Surfels.load(tmp_path)
+    assert Lattice.load(tmp_path) == lattice
+    wanted, found = (
+        np.floor((lattice.own(xyz.astype(np.float64)) - [0, 0, lattice.level]) / [PLAN, PLAN, TALL]).astype(np.int64)
+        for xyz in (points, surfels.xyz)
+    )
+    assert int(surfels.count.sum()) == len(points)
+    cells = {tuple(cell) for cell in np.unique(wanted, axis=0).tolist()}
+    assert len(found) == pytest.approx(len(cells), rel=0.01)  # points are kept to a tenth of a millimetre
+    assert np.mean([tuple(cell) in cells for cell in found.tolist()]) > 0.99
+
+
+def test_the_station_of_a_surfel_is_that_which_saw_it_most_whatever_the_order(tmp_path: Path) -> None:
+    point = np.array([[1.02, 1.02, 1.02]], np.float32)
+    scans = [np.repeat(point, times, axis=0) for times in (2, 5, 3)]
+    for order in ([0, 1, 2], [1, 0, 2], [2, 0, 1], [0, 2, 1]):
+        surfels = merged(tmp_path / "".join(map(str, order)), scans, order)
+        assert surfels.station.tolist() == [1]
