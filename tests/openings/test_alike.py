@@ -79,3 +79,16 @@ def test_a_hidden_side_goes_no_farther_than_the_next_opening() -> None:
     beside = replace(WHOLE, offset=0.1, width=0.8, sill=0.2, height=2.2)
     *_, found = completed([beside, hidden(WHOLE, left=0.5)])
     assert found.offset > beside.offset + beside.width
+
+
+def test_beside_a_narrow_pier_all_that_is_hidden_is_window() -> None:
+    beside = replace(WHOLE, offset=WHOLE.offset - 1.0, width=0.9, sill=0.2, height=2.2)
+    *_, found = completed([beside, hidden(WHOLE, left=0.3)])
+    assert found.offset == pytest.approx(WHOLE.offset, abs=1e-3)
+    assert found.width == pytest.approx(WHOLE.width, abs=1e-3)
+
+
+def test_a_guessed_width_is_not_that_of_other_windows() -> None:
+    guessed = replace(WHOLE, wall=3, offset=4.0, width=0.6, width_sigma=0.1)
+    *_, found = completed([guessed, hidden(WHOLE, left=0.5)])
+    assert found.width == pytest.approx(0.52 + 0.5 / 3, abs=1e-3)

@@ -200,3 +200,23 @@ def test_the_bar_of_a_window_whose_side_a_curtain_hides_is_found() -> None:
     (found,) = find_open(0, 0, wall, picture)
     assert found.hidden[1] > 0.3
     assert found.bars == pytest.approx((1.8,), abs=0.02)
+
+
+def test_two_windows_whose_pier_a_curtain_hides_are_two() -> None:
+    first, second = (0.8, 2.0, 0.9, 2.1), (2.1, 3.3, 0.9, 2.1)
+    parts = np.concatenate([reveals(first), pane(first), reveals(second), pane(second)])
+    seen = parts[(parts[:, 0] < 1.97) | (parts[:, 0] > 2.13)]
+    wall, picture = image([first, second, (1.97, 2.13, 0.0, HEIGHT)], seen, through=[clear(first), clear(second)])
+    assert len(find_open(0, 0, wall, picture)) == 2
+
+
+def test_the_upper_part_of_a_window_below_another_one_is_a_window() -> None:
+    above, below = (1.0, 1.6, 1.2, 2.2), (1.0, 1.6, 0.3, 1.1)
+    parts = np.concatenate([reveals(above), pane(above), reveals(below), pane(below)])
+    shown = (1.1, 1.5, 0.95, 1.05)
+    hidden_part = (0.9, 1.7, 0.0, 0.93)
+    seen = parts[parts[:, 2] > 0.93]
+    wall, picture = image([above, below, hidden_part], seen, through=[clear(above), shown])
+    assert [o.offset for o in find_open(0, 0, wall, picture)] == pytest.approx([1.0, 1.0], abs=0.01)
+    alone, lonely = image([below, hidden_part], seen[seen[:, 2] < 1.15], through=[shown])
+    assert not find_open(0, 0, alone, lonely)
