@@ -184,19 +184,24 @@ def _through(
             continue
         away = float((panorama.position[:2] - start) @ normal)
         place, reach = panorama.position.astype(np.float32), max(abs(away), 0.02)
+        middle = float((panorama.position[:2] - start) @ direction)
+        ends = (middle - reach * STEEPEST) / step, (middle + reach * STEEPEST) / step + 1
+        here = slice(*(min(max(int(end), 0), coarse[1]) for end in ends))
+        near = np.ascontiguousarray(points.reshape(*coarse, 3)[:, here]).reshape(-1, 3)
         seen = panorama.ranges, np.float32(1.0 + (half + 0.05) / reach), np.float32(reach * STEEPEST)
-        looked = _looked_through(points, place, *seen, outer).reshape(coarse)
+        looked = np.zeros(coarse, np.bool_)
+        looked[:, here] = _looked_through(near, place, *seen, outer).reshape(coarse[0], -1)
         through += looked
         if looked.any():
             lookers[number] = _fine(looked, shape)
         before = abs(away) - half
         if is_virtual((number,)):
-            nothing = _sees_nothing(points, place, panorama.ranges, np.float32(reach * STEEPEST))
-            blank |= outer & nothing.reshape(coarse)
+            nothing = _sees_nothing(near, place, panorama.ranges, np.float32(reach * STEEPEST))
+            blank[:, here] |= outer & nothing.reshape(coarse[0], -1)
         elif before > BEHIND:
-            face = points + np.append(np.sign(away) * half * normal, 0.0).astype(np.float32)
+            face = near + np.append(np.sign(away) * half * normal, 0.0).astype(np.float32)
             seen = panorama.ranges, np.float32(1.0 + BEHIND / before), np.float32(before * STEEPEST)
-            entered[int(away < 0)] |= _looked_through(face, place, *seen, outer).reshape(coarse)
+            entered[int(away < 0)][:, here] |= _looked_through(face, place, *seen, outer).reshape(coarse[0], -1)
     both = np.stack([_fine(side, shape) for side in entered])
     return _fine(through, shape), both, _fine(blank, shape), lookers
 
