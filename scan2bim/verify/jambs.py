@@ -139,7 +139,9 @@ def extent_change(extent: tuple[float, float], gap: Gap, found: Detected) -> Cha
     aside = sign * float((found.middle[:2] - gap.middle[:2]) @ gap.along)
     if out > -MOVED or aside < MOVED or other < -out:
         return None
-    return Change(sign * min(max(aside, -out), other), 0.0)
+    middle = (other - out) / 2
+    # Frames hide both sides alike, curtains one: then the detected opening lies elsewhere.
+    return Change(sign * (middle if abs(middle - aside) < WIDER else min(max(aside, -out), other)), 0.0)
 
 
 def detected_change(gap: Gap, found: Detected | None) -> Change:

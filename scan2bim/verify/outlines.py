@@ -49,7 +49,8 @@ SMOOTH = 3
 FEW = 2
 """Points inside the wall of a bin that speaks for an opening."""
 LINING = 0.08
-"""Metres by which a detected opening may be wider than the built one on a side."""
+"""Metres by which a detected opening may be wider than the built one on a side, and twice as much where no
+reveal was seen: the frame of another opening may be next to it."""
 EDGE = 7
 """Bins over which points inside the wall and on its faces are compared: wider than a reveal with its noise."""
 STRIP = 0.15
@@ -203,7 +204,8 @@ def _told(bins: Bins, width: float, inwards: float) -> Side:
     about, reach = round(drawn - inwards / BIN), round(LINED / BIN)
     seen = _reveal(bins, about - reach, about + reach)
     place = inwards if seen is None else (drawn - seen) * BIN
-    return Side(place, place, place, inwards < -LINING, None if seen is None else place)
+    hollow = inwards < -(2 * LINING if seen is None else LINING)
+    return Side(place, place, place, hollow, None if seen is None else place)
 
 
 def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[float, float] | None:
