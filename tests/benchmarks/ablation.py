@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 from conversion import convert
 from document import ROOT, mean, number, table, write_section
-from fit_openings import one, overlap
+from fit_openings import overlap
+from fitting import newest
 
 from scan2bim.cloud.ingest import ScanSummary
 from scan2bim.cloud.scene import Scene, load_scene
@@ -28,7 +29,9 @@ from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.alike import completed
 from scan2bim.openings.build import NearWall, near_walls, virtual_stations, with_leaf, without_overlaps
 from scan2bim.openings.closed.find import closed_openings
+from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
+from scan2bim.openings.door_frames import with_frame, with_pane
 from scan2bim.openings.paper.closed import paper_openings
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import StructureShape
@@ -123,10 +126,10 @@ def load(work: Path, truth: Path) -> Kept:
     reads = sorted(
         (p.parent for p in work.glob("stages/read/*/manifest.json")), key=lambda f: ScanSummary.load(f).station
     )
-    shift = np.array(json.loads(one(work, "survey", "frame.json").read_text())["shift"])
+    shift = np.array(json.loads(newest(work, "survey", "frame.json").read_text())["shift"])
     doors = json.loads(truth.read_text(encoding="utf-8"))["doors"]
-    surfels = one(work, "surfels", "surfels.bin").parent
-    structure = StructureShape.load(one(work, "structure", "structure.json"))
+    surfels = newest(work, "surfels", "surfels.bin").parent
+    structure = StructureShape.load(newest(work, "structure", "structure.json"))
     return Kept(structure, load_scene(surfels, reads), reads, [(d, np.array(d["corners"]) - shift) for d in doors])
 
 
@@ -141,15 +144,16 @@ def openings_by(choice: Choice, kept: Kept) -> Iterator[OpeningShape]:
         grey = replace(wall.points, rgb=np.full_like(wall.points.rgb, GREY))
         near = wall if choice.colour else replace(wall, points=grey)
         seen = near.looked_through(scene, virtual)
+        faces = (near if choice.labels else replace(near, panoramas={})).faces(kept.structure, scene)
         hung = [with_leaf(o, near.wall, scene.surfels, index) for o in seen] if choice.leaf else seen
+        if choice.both:
+            hung = [with_frame(with_pane(o, near.wall, faces), near.wall, faces, near.points) for o in hung]
         yield from (replace(o, confidence=probability(o, near.wall)) for o in hung)
-        yield from closed_by(choice, near, kept, scene)
+        yield from closed_by(choice, near, faces)
 
 
-def closed_by(choice: Choice, near: NearWall, kept: Kept, scene: Scene) -> list[OpeningShape]:
+def closed_by(choice: Choice, near: NearWall, faces: Sequence[Face]) -> list[OpeningShape]:
     """The closed doors of a wall by a choice of evidence."""
-    labelled = near if choice.labels else replace(near, panoramas={})
-    faces = labelled.faces(kept.structure, scene)
     if not choice.both:
         return paper_openings(near.storey, near.place, faces, OpeningSettings(method="paper"))
     return closed_openings(near.storey, near.place, near.wall, faces, near.points)
