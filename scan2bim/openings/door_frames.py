@@ -79,8 +79,11 @@ def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], po
 
 
 def _credible(edge: Edge) -> bool:
-    """Whether an edge is none of the leaf's, which stands open beside it."""
-    return edge.place > -FARTHEST and (edge.kind == "reveal" or edge.place > -INWARDS or edge.place < -LEAF)
+    """Whether an edge is surer than the clear width, which is known by reveals: another reveal, the end of a lining, or
+    a trim farther inside than the leaf that stands open is thick.
+    """
+    sure = edge.kind == "reveal" or (edge.kind != "trim" and edge.place > -INWARDS)
+    return edge.place > -FARTHEST and (sure or edge.place < -LEAF)
 
 
 def _with(sigma: float | None, *others: float) -> float | None:

@@ -83,13 +83,19 @@ def _step(t: F64, mean: F64, stack: F64) -> tuple[float, float] | None:
         channel = int(np.abs(strip - wall).argmax())
         contrast = float(strip[channel] - wall[channel])
         spread = float(np.abs(body[:, channel] - strip[channel]).mean() + np.abs(outer - wall)[:, channel].mean())
-        each = np.nanmedian(stack[:, : k - 1, channel], 1) - np.nanmedian(stack[:, k + 1 :, channel], 1)
+        each = _known_mean(stack[:, : k - 1, channel]) - _known_mean(stack[:, k + 1 :, channel])
         clear = abs(contrast) > LEAST and spread < EVEN * abs(contrast)
         if clear and (each * np.sign(contrast) > ALIKE * abs(contrast)).sum() >= SIDES:
             crossing = _crossing(t, mean[:, channel], k, float(strip[channel] + wall[channel]) / 2)
             found = abs(contrast) - spread, crossing
             best = found if best is None or found[0] > best[0] else best
     return best
+
+
+def _known_mean(values: F64) -> F64:
+    """Means (n,) of the known among values (n, m), nan where none is."""
+    known = np.isfinite(values)
+    return np.where(known.any(1), np.nansum(values, 1) / np.maximum(known.sum(1), 1), np.nan)
 
 
 def _crossing(t: F64, values: F64, at: int, level: float) -> float:
