@@ -55,6 +55,8 @@ DEEPEST = 5.0
 """Depth, metres, under a storey's floor down to which one looks for what is seen through its wells: the floor below."""
 LEAST_CEILING = 0.2
 """Share of a space under which a ceiling must have been seen to give it a height: less are shelves and lintels."""
+LEAST_FLOOR = 0.01
+"""Share of a space's floor that must have been seen: in each space somebody stood, or looked into it."""
 LEAST_LEVEL = 1.0
 """Square metres of level ceiling beside roof planes from which on they have a height of their own."""
 F64 = NDArray[np.float64]
@@ -205,7 +207,7 @@ def _rooms(
     rooms: list[Polygon] = []
     open_parts: list[Polygon] = []
     bare = without_stairs(wells, stairs)
-    for space in found:
+    for space in (s for s in found if has_floor(s, plan)):
         whole, below, rims = without_wells(space, bare)
         open_parts += below
         cuts += rims
@@ -226,6 +228,11 @@ def _rooms(
         beams,
         tuple(bends),
     )
+
+
+def has_floor(space: Polygon, plan: Plan) -> bool:
+    """Whether any of a space's floor was seen, if any of the storey's was: else it is the upper part of a high room."""
+    return plan.levels.sigma is None or bool(plan.floor[pixels_in(space, plan)].mean() > LEAST_FLOOR)
 
 
 def _stair(stair: FoundStair) -> StairShape:

@@ -49,7 +49,7 @@ an arm, such as its entrance.
 BESIDE = 0.6
 """Metres beside a cut at which the space's width is taken: beyond a wall's thickness."""
 PAST = 1.25
-"""The same for a cut from one wall's end, by its own width: beyond a corridor that turns or meets another there."""
+"""The same for halls, in widths of the passage: beyond a corridor that turns or meets another there."""
 OPPOSITE = 0.1
 """Metres that a corner may lie beside the line of the wall opposite: jambs of one passage, drawn from other faces."""
 LINTEL = 0.1
@@ -179,8 +179,7 @@ def _is_wider_beside(line: LineString, opposed: bool, polygon: Polygon) -> bool:
     )
     if opposed:
         return max(near) > WIDER
-    beside = np.minimum(near, far)
-    return bool(beside.min() > WIDER or beside.max() > HALL)
+    return bool(min(near) > WIDER or np.minimum(near, far).max() > HALL)
 
 
 def _width_beside(line: LineString, side: float, polygon: Polygon) -> float:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from shapely import box
 from surfaces import F64, level, room, surfels_of, upright
 
+from scan2bim.structure.build import has_floor
 from scan2bim.structure.faces import find_faces
 from scan2bim.structure.plan import Plan, plan_of
 from scan2bim.structure.storeys import StoreyLevels, layers_of
@@ -44,3 +48,9 @@ def test_a_wall_that_a_stair_hides_in_part_reaches_the_stair() -> None:
     plan = plan_from(parts, [0] * 4, [[3.0, 1.5, 1.6]], 4.3)
     faces = [f for f in find_faces(plan) if abs(f.centre[0] - x) < 0.02 and f.normal[0] > 0.99]
     assert sum(f.length for f in faces) > 2.5
+
+
+def test_the_upper_part_of_a_high_room_is_no_space_of_the_storey_above() -> None:
+    plan = plan_from(room(0, 0, 6, 4), [0] * 6, [[3.0, 2.0, 1.6]], 2.7)
+    assert has_floor(box(1, 1, 4, 3), plan)
+    assert not has_floor(box(1, 1, 4, 3), replace(plan, floor=np.zeros_like(plan.floor)))
