@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.linings import profile
-from scan2bim.openings.orthoimage import Orthoimage
+from scan2bim.openings.orthoimage import PIXEL, Orthoimage
 
 STEP = 0.005
 """Metres between the places at which the sides' colours are put together."""
@@ -30,6 +30,8 @@ ALIKE = 0.4
 """Share of that difference that each side must show."""
 SIDES = 2
 """Sides that must show it."""
+TRIM, DEEPEST_TRIM = 0.005, 0.04
+"""Metres from which on a strip stands out of the wall and is a trim, and up to which trims do."""
 F64 = NDArray[np.float64]
 
 
@@ -55,7 +57,21 @@ def _lining(image: Orthoimage, box: tuple[float, float, float], sides: Sequence[
     t, stack = t[known], stack[:, known]
     if len(t) < 3 or t[0] > NARROWEST:
         return None
-    return _step(t, np.nanmean(stack, 0), stack)
+    step = _step(t, np.nanmean(stack, 0), stack)
+    return None if step is None or _stands_out(image, around, step[1]) else step
+
+
+def _stands_out(image: Orthoimage, around: tuple[float, float, float, float], width: float) -> bool:
+    """Whether a strip of a width round a box (left, right, bottom, top) is a trim: before the wall farther out."""
+    left, right, _, top = around
+    height, length = image.depth.shape
+    x, z = (np.arange(length) + 0.5) * PIXEL, (np.arange(height) + 0.5) * PIXEL
+    out = np.maximum(np.maximum(left - x, x - right)[None, :], (z - top)[:, None])
+    seen = (image.count > 0) & (np.abs(image.depth) < DEEPEST_TRIM)
+    strip, wall = seen & (out > 0) & (out < width), seen & (out > WALL[0]) & (out < WALL[1])
+    if not strip.any() or not wall.any():
+        return False
+    return float(np.median(image.depth[strip]) - np.median(image.depth[wall])) > TRIM
 
 
 def _against_wall(t: F64, places: F64, colours: F64) -> F64 | None:
