@@ -19,6 +19,10 @@ BEHIND, BEFORE = 0.04, 0.06
 """Metres behind and before a face within which points lie on it: noise and plaster; skirting boards and trims."""
 FLAT = 0.03
 """Metres within which points count for the deviation from the face: what stands out more is a trim."""
+SPREAD = 0.0125
+"""Metres round a surfel within which cells are seen: a quarter of its voxel. Voxels may lie half a cell off the
+cells all along a wall, and some cells would be left out between.
+"""
 FARTHEST = 20.0
 """Metres from which on a station is not asked: its panorama's cells are wider than a face's there."""
 STEEPEST = 0.12
@@ -181,11 +185,23 @@ def _mark(surfels, stations, frame, bins, plane, cells, face, asked, bits, tally
                 continue
             if ahead_of(stations[station[i]], plane[p]) < 0.0:  # seen from behind; nan, unknown, is not
                 continue
-            bits[k] |= SEEN
+            _mark_round(x, y, z, plane[p], cells[p], asked, bits)
             tally[face[p], 0] += count[i]
             if abs(depth) < FLAT:
                 tally[face[p], 1] += count[i]
                 tally[face[p], 2] += count[i] * depth * depth
+
+
+@nb.njit(cache=True, nogil=True)
+def _mark_round(x, y, z, plane, cells, asked, bits):  # pyright: ignore
+    """Mark the cells that the voxel round a surfel covers: cells and voxels are of one size, and not in step."""
+    for s in (-SPREAD, SPREAD):
+        for t in (-SPREAD, SPREAD):
+            moved = x + s * plane[3] + t * plane[6], y + s * plane[4] + t * plane[7], z + s * plane[5] + t * plane[8]
+            _, a, b = on_panel(moved[0], moved[1], moved[2], plane, cells)
+            k = cells[2] + b * cells[0] + a
+            if a >= 0 and asked[k]:
+                bits[k] |= SEEN
 
 
 @nb.njit(cache=True, nogil=True)
