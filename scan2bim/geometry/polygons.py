@@ -10,3 +10,10 @@ from shapely.geometry.base import BaseGeometry
 def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     """The polygons that a shape is made of, their outer rings counter-clockwise; its lines and points are left out."""
     return [shapely.orient_polygons(p) for p in shapely.get_parts(shape) if isinstance(p, Polygon)]
+
+
+def largest_valid(polygon: Polygon) -> Polygon:
+    """The polygon, or where its outline crosses itself the largest of the parts."""
+    if polygon.is_valid:
+        return polygon
+    return max(polygons_of(shapely.make_valid(polygon)), key=lambda part: part.area, default=polygon)

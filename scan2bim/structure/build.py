@@ -17,6 +17,7 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
+from scan2bim.geometry.polygons import polygons_of
 from scan2bim.structure.arcs import Bend, bent_to, find_bends
 from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.beams import beam_of, find_beams, without_beams
@@ -263,8 +264,9 @@ def _storey(rooms: Rooms, sole: OneFaced) -> StoreyShape:
 def _clear(space: SpaceShape, walls: Bodies, others: Sequence[Polygon]) -> SpaceShape:
     whole = space.polygon
     rest = clear_of(up_to(whole, walls, others), walls)
-    if rest is whole:
+    if rest is whole and Polygon(space.outline, space.holes).is_valid:
         return space
+    rest = max(polygons_of(shapely.set_precision(rest, 1e-4)), key=lambda part: part.area, default=rest)
     outline, *holes = (ring_of(shapely.get_coordinates(ring)) for ring in (rest.exterior, *rest.interiors))
     return replace(space, outline=outline, holes=tuple(holes))
 

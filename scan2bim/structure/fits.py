@@ -70,6 +70,7 @@ def fit_line(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F6
         scale = max(1.4826 * float(np.median(np.abs(distance))), 0.001)
         weight = tall / (1 + (distance / (2 * scale)) ** 2) ** 2 + 1e-9
     lean = float((columns.view[at] @ n).mean())
+    sided = abs(lean) > 0.1
     if lean < 0:
         n = -n
     along = (xy - centre) @ np.array([n[1], -n[0]])
@@ -81,8 +82,8 @@ def fit_line(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F6
         float(along.max()) + PLAN / 2,
         at,
         float(np.sqrt(np.average(distance[near] ** 2, weights=weight[near]))) if near.any() else BAND,
-        covered_length(along[wall_like[at]], SPARSE),
-        abs(lean) > 0.1,
+        covered_length(along[wall_like[at]], SPARSE if sided else PLAN),  # stripes are those of far scanners
+        sided,
     )
 
 

@@ -206,7 +206,7 @@ def up_to(space: Polygon, walls: Bodies, others: Sequence[Polygon] = ()) -> Poly
     if not len(bodies):
         return space
     near = shapely.union_all(bodies)
-    both = shapely.union(space, near)
+    both = shapely.union(space, near, grid_size=SNAP)
     closed = both.buffer(BEFORE / 2, join_style="mitre").buffer(-BEFORE / 2, join_style="mitre")
     strips = [s for s in shapely.get_parts(shapely.difference(closed, both, grid_size=SNAP)) if s.intersects(space)]
     faces = near.boundary.buffer(2 * SNAP)

@@ -15,6 +15,7 @@ from pydantic import TypeAdapter
 from shapely.geometry import LineString, Polygon, box
 
 from scan2bim.geometry.arcs import Arc
+from scan2bim.geometry.polygons import largest_valid
 
 Point = tuple[float, float]
 Ring = tuple[Point, ...]
@@ -39,8 +40,8 @@ class SpaceShape:
 
     @property
     def polygon(self) -> Polygon:
-        """As a shapely polygon."""
-        return Polygon(self.outline, self.holes)
+        """As a shapely polygon: where the outline crosses itself, the largest of its parts."""
+        return largest_valid(Polygon(self.outline, self.holes))
 
 
 @dataclass(frozen=True, slots=True)

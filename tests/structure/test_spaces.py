@@ -8,6 +8,7 @@ from surfaces import level, room, surfels_of, turned, upright
 
 from scan2bim.structure.faces import find_faces
 from scan2bim.structure.plan import plan_of
+from scan2bim.structure.shapes import SpaceShape
 from scan2bim.structure.spaces import find_spaces, parted_at_necks
 from scan2bim.structure.storeys import find_storeys, layers_of
 
@@ -49,3 +50,10 @@ def test_a_passage_and_a_shallow_nook_stay_with_their_room() -> None:
     room_and_passage = box(0, 0, 4, 3).union(box(4, 1, 4.1, 1.8)).union(box(4.1, 0, 8, 3)).union(box(1, 3, 3, 3.3))
     (found,) = parted_at_necks(room_and_passage)
     assert found.equals(room_and_passage)
+
+
+def test_an_outline_that_crosses_itself_leaves_its_largest_part() -> None:
+    ring = (0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (3.9, -0.1), (0.0, 3.0)
+    bow = SpaceShape(ring, (), 0.0, 2.5, 1.0, 1.0)
+    assert bow.polygon.is_valid
+    assert bow.polygon.area > 5.0
