@@ -69,7 +69,11 @@ def load_panoramas(scan_folders: Sequence[Path]) -> dict[int, Panorama]:
 
 def load_stations(scan_folders: Sequence[Path]) -> NDArray[np.float64]:
     """Positions (s, 3) by station number, nan where unknown."""
-    summaries = [ScanSummary.load(f) for f in scan_folders]
+    return stations_of([ScanSummary.load(f) for f in scan_folders])
+
+
+def stations_of(summaries: Sequence[ScanSummary]) -> NDArray[np.float64]:
+    """Positions (s, 3) by station number, nan where unknown, of scans that were read."""
     last = max((s.station + len(s.sources) for s in summaries), default=0)
     stations = np.full((last + 1, 3), np.nan)
     for summary in summaries:

@@ -34,17 +34,22 @@ def source_side(gain: I64, edges: I64, cost: I64) -> NDArray[np.bool_]:
 
 
 @nb.njit(cache=True, nogil=True)
+def join(parent, a, b):  # pyright: ignore
+    """Make the parts of two nodes one, in a forest of ``parent`` (n,); a part's root is its first node."""
+    while parent[a] != a:
+        parent[a] = parent[parent[a]]
+        a = parent[a]
+    while parent[b] != b:
+        parent[b] = parent[parent[b]]
+        b = parent[b]
+    parent[max(a, b)] = min(a, b)
+
+
+@nb.njit(cache=True, nogil=True)
 def _parts(count, pairs):  # pyright: ignore
     parent = np.arange(count)
     for k in range(pairs.shape[0]):
-        a, b = pairs[k]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
-        parent[max(a, b)] = min(a, b)  # the root is the part's first node
+        join(parent, pairs[k, 0], pairs[k, 1])
     number = 0
     out = np.empty(count, np.int64)
     for i in range(count):

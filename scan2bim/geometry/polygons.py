@@ -12,6 +12,11 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     return [shapely.orient_polygons(p) for p in shapely.get_parts(shape) if isinstance(p, Polygon)]
 
 
+def filled(shape: BaseGeometry) -> BaseGeometry:
+    """The area of a shape without its holes."""
+    return shapely.union_all([Polygon(part.exterior) for part in polygons_of(shape)])
+
+
 def largest_valid(polygon: Polygon) -> Polygon:
     """The polygon, or where its outline crosses itself the largest of the parts."""
     if polygon.is_valid:

@@ -14,6 +14,7 @@ from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.geometry.plan_index import PlanIndex
+from scan2bim.geometry.polygons import filled, polygons_of
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import StoreyShape, WallShape
 
@@ -36,9 +37,8 @@ def enclosed_parts(storey: StoreyShape) -> list[Polygon]:
         [*(s.polygon for s in storey.spaces), *(_outline(w) for w in storey.walls)], grid_size=1e-6
     )
     whole = bodies.buffer(GAP / 2).buffer(-GAP / 2)
-    filled = shapely.union_all([Polygon(p.exterior) for p in shapely.get_parts(whole) if isinstance(p, Polygon)])
-    between = filled.difference(bodies).buffer(-BEYOND / 2).buffer(BEYOND / 2)
-    return [p for p in shapely.get_parts(between) if isinstance(p, Polygon)]
+    between = filled(whole).difference(bodies).buffer(-BEYOND / 2).buffer(BEYOND / 2)
+    return polygons_of(between)
 
 
 def _outline(wall: WallShape) -> BaseGeometry:

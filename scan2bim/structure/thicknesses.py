@@ -16,6 +16,7 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.panorama import Panorama
+from scan2bim.geometry.polygons import filled
 from scan2bim.structure.axes import Axis
 from scan2bim.structure.crossings import Crossings, crossings_of
 
@@ -159,9 +160,9 @@ def outline_of(spaces: Sequence[Polygon]) -> BaseGeometry:
     it is nearly a rectangle.
     """
     whole = shapely.union_all(spaces).buffer(UNKNOWN / 2, join_style="mitre").buffer(-UNKNOWN / 2, join_style="mitre")
-    filled = shapely.union_all([Polygon(p.exterior) for p in shapely.get_parts(whole) if isinstance(p, Polygon)])
-    box = filled.minimum_rotated_rectangle
-    return box if filled.area > NEARLY * box.area else filled
+    outline = filled(whole)
+    box = outline.minimum_rotated_rectangle
+    return box if outline.area > NEARLY * box.area else outline
 
 
 def partition_of(axes: Sequence[Axis]) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scan2bim import __version__
 from scan2bim.cloud.frame import SurveyFrame
-from scan2bim.cloud.ingest import ScanSummary, load_panoramas
+from scan2bim.cloud.ingest import ScanSummary, load_panoramas, stations_of
 from scan2bim.config import VerifySettings
 from scan2bim.model.elements import Building
 from scan2bim.verify.added import added_openings
@@ -74,7 +74,7 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     gaps = find_gaps(model)
     model = with_patches(model, gaps)
     summaries = tuple(ScanSummary.load(folder) for folder in inputs.scan_folders)
-    stations = _stations(summaries)
+    stations = stations_of(summaries)
     anchor = np.round(np.concatenate([e.vertices for e in model.elements]).mean(axis=0))
     every = find_planes(model.elements, anchor)
     progress(0.15)
@@ -161,16 +161,6 @@ def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:
         detected=detected_openings(inputs.building),
         profiles=seen.profiles,
     )
-
-
-def _stations(summaries: Sequence[ScanSummary]) -> F64:
-    """Positions by station number, (s, 3), nan where unknown."""
-    last = max((s.station + len(s.sources) for s in summaries), default=0)
-    out = np.full((last + 1, 3), np.nan)
-    for summary in summaries:
-        if summary.position is not None:
-            out[summary.station] = summary.position
-    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

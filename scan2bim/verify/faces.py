@@ -10,6 +10,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.geometry.graphs import join
 from scan2bim.verify.ifc_model import ModelElement
 
 F64 = NDArray[np.float64]
@@ -180,14 +181,7 @@ def _shells(corner, count):  # pyright: ignore
     parent = np.arange(count)
     for t in range(corner.shape[0]):
         for k in range(1, 3):
-            a, b = corner[t, 0], corner[t, k]
-            while parent[a] != a:
-                parent[a] = parent[parent[a]]
-                a = parent[a]
-            while parent[b] != b:
-                parent[b] = parent[parent[b]]
-                b = parent[b]
-            parent[max(a, b)] = min(a, b)
+            join(parent, corner[t, 0], corner[t, k])
     out = np.empty(corner.shape[0], np.int64)
     number = np.full(count, -1, np.int64)
     parts = 0

@@ -90,13 +90,18 @@ def judge_elements(
 
 
 def _beyond(element: ModelElement, area: float, tolerance: float) -> ElementResult:
+    return _result(element, "not_enough_data", "It lies beyond what the scans reach.", tolerance, area)
+
+
+def _result(element: ModelElement, status: Status, reason: str, tolerance: float, area: float) -> ElementResult:
+    """What is said of an element of which nothing was measured; ``area`` in m2."""
     return ElementResult(
         guid=element.guid,
         ifc_class=element.ifc_class,
         name=element.name,
         storey=element.storey,
-        status="not_enough_data",
-        reason="It lies beyond what the scans reach.",
+        status=status,
+        reason=reason,
         tolerance=tolerance,
         area=round(area, 4),
     )
@@ -108,16 +113,8 @@ def _judge(
     table = surface.table
     area = table.area(cells)
     glass = table.glass[table.cell_face[cells]]
-    base = ElementResult(
-        guid=element.guid,
-        ifc_class=element.ifc_class,
-        name=element.name,
-        storey=element.storey,
-        status="not_applicable",
-        reason="It has no surface that a scanner resolves.",
-        tolerance=tolerance,
-        area=round(float(area.sum()), 4),
-    )
+    reason = "It has no surface that a scanner resolves."
+    base = _result(element, "not_applicable", reason, tolerance, float(area.sum()))
     if not len(cells):
         return base
     if glass.all():
