@@ -89,7 +89,8 @@ def _recognised(run: Run, scans: ScanSet, frame: SurveyFrame, keys: Keys, folder
 def _verified(
     run: Run, request: VerifyRequest, folders: Folders, frame: SurveyFrame, building: Building | None
 ) -> tuple[Report, tuple[Path, ...]]:
-    from scan2bim.verify.build import Inputs, verify_model
+    from scan2bim.verify.build import verify_model
+    from scan2bim.verify.inputs import Inputs
     from scan2bim.verify.outputs import write_report
 
     with run.timed(VERIFY) as progress:

@@ -12,6 +12,11 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     return [shapely.orient_polygons(p) for p in shapely.get_parts(shape) if isinstance(p, Polygon)]
 
 
+def largest_part(shape: BaseGeometry, default: Polygon) -> Polygon:
+    """The largest polygon of a shape; ``default`` where it has none."""
+    return max(polygons_of(shape), key=lambda part: part.area, default=default)
+
+
 def filled(shape: BaseGeometry) -> BaseGeometry:
     """The area of a shape without its holes."""
     return shapely.union_all([Polygon(part.exterior) for part in polygons_of(shape)])
@@ -21,4 +26,4 @@ def largest_valid(polygon: Polygon) -> Polygon:
     """The polygon, or where its outline crosses itself the largest of the parts."""
     if polygon.is_valid:
         return polygon
-    return max(polygons_of(shapely.make_valid(polygon)), key=lambda part: part.area, default=polygon)
+    return largest_part(shapely.make_valid(polygon), polygon)

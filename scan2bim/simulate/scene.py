@@ -17,6 +17,8 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
+from scan2bim.geometry.polygons import filled, polygons_of
+
 F64 = NDArray[np.float64]
 Point2 = tuple[float, float]
 Point3 = tuple[float, float, float]
@@ -240,15 +242,12 @@ def walls_outline(storey: StoreySpec) -> BaseGeometry:
 
 def footprint(storey: StoreySpec) -> BaseGeometry:
     """All that the storey's outer walls enclose, the walls included."""
-    parts = [Polygon(part.exterior) for part in shapely.get_parts(walls_outline(storey)) if isinstance(part, Polygon)]
-    return shapely.union_all(parts)
+    return filled(walls_outline(storey))
 
 
 def room_outlines(storey: StoreySpec) -> dict[str, Polygon]:
     """The clear inner area of each room by its name; ValueError where a room's ``inside`` lies in no closed space."""
-    spaces = [
-        p for p in shapely.get_parts(footprint(storey).difference(walls_outline(storey))) if isinstance(p, Polygon)
-    ]
+    spaces = polygons_of(footprint(storey).difference(walls_outline(storey)))
     outlines: dict[str, Polygon] = {}
     for room in storey.rooms:
         found = [space for space in spaces if space.contains(shapely.Point(room.inside))]

@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry import Polygon
 
+from scan2bim.geometry.polygons import largest_part
 from scan2bim.simulate.parts import WallFrame, wall_frame
 from scan2bim.simulate.scene import DoorSpec, Placement, Scene, StoreySpec, WallSpec, WindowSpec, room_outlines
 from scan2bim.truth.values import (
@@ -124,8 +125,7 @@ def _space(name: str, room: Polygon, storey: StoreySpec, place: Placement) -> Sp
     outline = room
     if storey.shafts:
         floor = shapely.difference(room, shapely.union_all([shaft.polygon for shaft in storey.shafts]))
-        outline = max((p for p in shapely.get_parts(floor) if isinstance(p, Polygon)), key=lambda p: p.area)
-        outline = shapely.orient_polygons(outline)
+        outline = largest_part(floor, room)
     rings = [_plan(shapely.get_coordinates(ring)[:-1], place) for ring in (outline.exterior, *outline.interiors)]
     base = storey.elevation + place.offset[2]
     return SpaceTruth(

@@ -17,6 +17,7 @@ from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.polygons import largest_part
 from scan2bim.structure.columns import Columns
 from scan2bim.structure.faces import BAND, FEWEST_BINS, Face
 from scan2bim.structure.plan import Plan
@@ -242,8 +243,7 @@ def bent_to(space: Polygon, bends: Sequence[Bend]) -> Polygon:
             rest = space.difference(shapely.union_all([air, *bays]))
             whole = shapely.union_all([rest, air.intersection(near)], grid_size=1e-6)
             solid = whole.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
-            parts = [p for p in shapely.get_parts(solid) if isinstance(p, Polygon)]
-            space = max(parts, key=lambda p: p.area, default=space)
+            space = largest_part(solid, space)
     return shapely.orient_polygons(space)
 
 

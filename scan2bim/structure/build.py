@@ -17,7 +17,7 @@ from scan2bim.cloud.scene import Scene, load_scene
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.config import StructureSettings
 from scan2bim.errors import PrecheckError
-from scan2bim.geometry.polygons import polygons_of
+from scan2bim.geometry.polygons import largest_part, polygons_of
 from scan2bim.structure.arcs import Bend, bent_to, find_bends
 from scan2bim.structure.axes import Axis, AxisJoin
 from scan2bim.structure.beams import beam_of, find_beams, without_beams
@@ -182,7 +182,7 @@ def _level_ceiling(space: SpaceShape, roofs: Sequence[Slope], plan: Plan) -> Spa
     if not over:
         return space
     beside = space.polygon.difference(shapely.union_all([r.outline for r in over]).buffer(0.1))
-    parts = [p for p in shapely.get_parts(beside) if isinstance(p, Polygon) and p.area > PLAN**2]
+    parts = [p for p in polygons_of(beside) if p.area > PLAN**2]
     heights = [plan.ceiling_z[pixels_in(p, plan)] for p in parts]
     level = np.concatenate([h[np.isfinite(h)] for h in heights] or [np.zeros(0, np.float32)])
     if len(level) * PLAN**2 > LEAST_LEVEL:
@@ -266,7 +266,7 @@ def _clear(space: SpaceShape, walls: Bodies, others: Sequence[Polygon]) -> Space
     rest = clear_of(up_to(whole, walls, others), walls)
     if rest is whole and Polygon(space.outline, space.holes).is_valid:
         return space
-    rest = max(polygons_of(shapely.set_precision(rest, 1e-4)), key=lambda part: part.area, default=rest)
+    rest = largest_part(shapely.set_precision(rest, 1e-4), rest)
     outline, *holes = (ring_of(shapely.get_coordinates(ring)) for ring in (rest.exterior, *rest.interiors))
     return replace(space, outline=outline, holes=tuple(holes))
 

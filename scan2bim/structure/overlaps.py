@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
+from scan2bim.geometry.polygons import largest_part
 from scan2bim.structure.axes import F64, Axis, AxisJoin
 
 PARALLEL = 0.9986
@@ -196,8 +197,7 @@ def clear_of(space: Polygon, walls: Bodies) -> Polygon:
         return space
     rest = shapely.difference(space, shapely.union_all(inside), grid_size=SNAP)
     even = rest.buffer(-DEEP / 2, join_style="mitre").buffer(DEEP / 2, join_style="mitre")
-    parts = [part for part in shapely.get_parts(even) if isinstance(part, Polygon)]
-    return max(parts, key=lambda part: part.area, default=space)
+    return largest_part(even, space)
 
 
 def up_to(space: Polygon, walls: Bodies, others: Sequence[Polygon] = ()) -> Polygon:

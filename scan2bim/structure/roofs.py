@@ -13,6 +13,7 @@ from shapely.geometry import LineString, MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.polygons import largest_part
 from scan2bim.geometry.raster import closed, opened
 from scan2bim.structure.plan import Plan, pixels_in, rise
 from scan2bim.structure.shapes import Point, RoofShape
@@ -166,8 +167,7 @@ def _trimmed(found: Sequence[tuple[F64, Mask, float]], plan: Plan, inside: BaseG
                 outline = outline.intersection(lower_side(plane - against, outline))
         if (shapely.get_coordinates(outline) @ plane[:2] + plane[2]).max(initial=0.0) > crown + RIDGE:
             outline = outline.intersection(lower_side(plane - [0.0, 0.0, crown], outline))
-        parts = [p for p in shapely.get_parts(outline.intersection(inside)) if isinstance(p, Polygon)]
-        largest = max(parts, key=lambda p: p.area, default=Polygon())
+        largest = largest_part(outline.intersection(inside), Polygon())
         if largest.area > NARROWEST**2:
             largest = shapely.orient_polygons(largest)
             outline = Polygon(shapely.simplify(largest, 0.02).exterior)

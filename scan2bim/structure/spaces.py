@@ -11,6 +11,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.geometry.graphs import connected_parts
+from scan2bim.geometry.polygons import polygons_of
 from scan2bim.structure.cells import Cells, cut_cells, edge_faces, gaps, label_cells, space_evidence
 from scan2bim.structure.faces import Face, main_direction
 from scan2bim.structure.free_space import looked_through
@@ -87,7 +88,7 @@ def parted_at_necks(polygon: Polygon) -> list[Polygon]:
         shared = shapely.area(shapely.intersection(rooms, rest.buffer(SLIT)))
         best = int(np.argmax(shared))
         rooms[best] = shapely.union_all([rooms[best], rest], grid_size=1e-6)
-    return [p for room in rooms for p in shapely.get_parts(room) if isinstance(p, Polygon)]
+    return [p for room in rooms for p in polygons_of(room)]
 
 
 def _tidy(polygon: Polygon) -> Polygon:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon
 from shapely.geometry.polygon import orient
 
+from scan2bim.geometry.polygons import largest_part
 from scan2bim.truth.ifc_file import UPRIGHT, Mesh
 from scan2bim.truth.values import Corners, Point2
 
@@ -119,10 +120,10 @@ def outline_of(mesh: Mesh) -> Polygon | None:
     triangles = mesh.vertices[mesh.faces[level]][:, :, :2]
     plates = np.asarray(shapely.set_precision(shapely.polygons(triangles), SNAP))
     whole = shapely.union_all(plates[~shapely.is_empty(plates)])
-    parts = [part for part in shapely.get_parts(whole) if isinstance(part, Polygon) and part.area > 0.01]
-    if not parts:
+    largest = largest_part(whole, Polygon())
+    if largest.area <= 0.01:
         return None
-    plain = max(parts, key=lambda part: part.area).simplify(SNAP * 10)
+    plain = largest.simplify(SNAP * 10)
     return orient(plain) if isinstance(plain, Polygon) else None
 
 

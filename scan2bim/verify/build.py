@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim import __version__
-from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.ingest import ScanSummary, load_panoramas, stations_of
 from scan2bim.config import VerifySettings
-from scan2bim.model.elements import Building
 from scan2bim.verify.added import added_openings
 from scan2bim.verify.additions import Surroundings, Unexplained, find_additions
 from scan2bim.verify.compare import compare_points
 from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, Plane, areas_of, find_planes, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
+from scan2bim.verify.inputs import Inputs
 from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
 from scan2bim.verify.outlines import Profiles
 from scan2bim.verify.patches import find_gaps, main_direction, with_patches
@@ -31,20 +30,6 @@ from scan2bim.verify.visibility import look, opaque_bodies
 
 F64 = NDArray[np.float64]
 Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Inputs:
-    """What a verification works on. transform, placing and fitted as in ``verification.VerifyRequest``."""
-
-    model: Path
-    scan_folders: tuple[Path, ...]
-    surfel_folder: Path
-    frame: SurveyFrame
-    building: Building | None
-    transform: tuple[tuple[float, ...], ...] | None
-    placing: str
-    fitted: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from scan2bim.errors import PrecheckError
 from scan2bim.model.elements import Building, ScanResidual
 from scan2bim.verify.faces import Plane, coarse_faces
 from scan2bim.verify.ifc_model import IfcModel, MapConversion
+from scan2bim.verify.inputs import Inputs
 from scan2bim.verify.placing import (
     PLAUSIBLE,
     Correction,
@@ -32,9 +32,6 @@ from scan2bim.verify.placing import (
 )
 from scan2bim.verify.reach import within_reach
 from scan2bim.verify.result import Placing, ScanPlacing
-
-if TYPE_CHECKING:
-    from scan2bim.verify.build import Inputs
 
 F64 = NDArray[np.float64]
 
