@@ -119,12 +119,12 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         last = rooms[-1]
         axes = find_walls(last.polygons, last.cuts, panes=last.panes, bends=last.bends)[0]
         depths += reveal_depths(plan, axes)
-        sole = sole_faces(axes, last.polygons, level.floor, level.ceiling or level.top, near)
+        sole = sole_faces(axes, last.polygons, level.floor, plan.levels.ceiling or plan.levels.top, near)
         seen.append(StoreyFaces(last.polygons, axes, sole))
         progress(0.1 + 0.9 * (number + 1) / len(levels))
     soles = one_faced(seen, outer_thickness(depths))
     storeys = [_storey(r, sole) for r, sole in zip(rooms, soles, strict=True)]
-    return StructureShape(tuple(storeys), main_direction(faces), _notes(levels, storeys, scene))
+    return StructureShape(tuple(storeys), main_direction(faces), _notes([r.levels for r in rooms], storeys, scene))
 
 
 def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene: Scene) -> tuple[str, ...]:

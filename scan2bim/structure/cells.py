@@ -81,7 +81,7 @@ class Cells:
 def space_evidence(plan: Plan, free: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Evidence per pixel, -1 to 1 for each square metre, that it belongs to a space; ``free`` was looked through."""
     ceiling, floor = plan.ceiling > 0, plan.floor > 0
-    roofed = ceiling.sum() > 0.3 * floor.sum()
+    roofed = ceiling.any()
     score = np.full(floor.shape, NOTHING, np.float32)
     score[free] = FREE if roofed else 0.4
     if roofed:

@@ -15,7 +15,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
-from scan2bim.structure.columns import Columns, Grid, gather_columns, pixels_at
+from scan2bim.structure.columns import FLUSH, Columns, Grid, gather_columns, pixels_at
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SOFFIT = 13
@@ -33,6 +33,12 @@ SMALLEST_ROOF = 11
 """Pixels: a patch that a square of 55 cm does not fit in, such as the edge of a step, is no roof seen from outside."""
 LOWEST_CEILING = 0.5
 """Clear height, metres, from which a large surface overhead counts as ceiling; low under sloped roofs."""
+ROOFED = 0.3
+"""Ceiling, as a share of the floor, up to which that was not scanned: so little are shelves and lintels in a scan that
+was cut below the ceiling.
+"""
+CUT = 99.5
+"""Percentile of the heights of a storey without a ceiling that is its top: where the scan was cut."""
 CLEAR_SLOPE = 6.0
 """Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from
 its back.
@@ -88,8 +94,11 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     at = np.flatnonzero(hollow & (z > levels.floor + LOWEST_CEILING))
     at = at[_overhead(pixel[at], xyz[at], here.pick(at), surfels, stations, shape)]
     ceiling, ceiling_z, soffit, found = _ceiling(pixel[at], xyz[at], shape)
+    if ceiling.sum() <= ROOFED * floor.sum():
+        levels = replace(levels, ceiling=None, top=float(np.percentile(z, CUT)))
+        ceiling, ceiling_z, soffit = np.zeros_like(ceiling), np.full_like(ceiling_z, np.nan), np.zeros_like(soffit)
     roof = _roof_near(ceiling_z).astype(np.float64)
-    grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top), levels.floor)
+    grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top + FLUSH), levels.floor)
     columns = _facing(gather_columns(surfels, layers, grid, stations), floor, ceiling_z)
     void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
     return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)

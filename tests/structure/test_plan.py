@@ -11,6 +11,7 @@ from surfaces import F64, level, room, surfels_of, upright
 from scan2bim.structure.build import has_floor
 from scan2bim.structure.faces import find_faces
 from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.spaces import find_spaces
 from scan2bim.structure.storeys import StoreyLevels, layers_of
 
 
@@ -54,3 +55,21 @@ def test_the_upper_part_of_a_high_room_is_no_space_of_the_storey_above() -> None
     plan = plan_from(room(0, 0, 6, 4), [0] * 6, [[3.0, 2.0, 1.6]], 2.7)
     assert has_floor(box(1, 1, 4, 3), plan)
     assert not has_floor(box(1, 1, 4, 3), replace(plan, floor=np.zeros_like(plan.floor)))
+
+
+def test_a_lintel_parts_rooms_where_the_scan_was_cut_below_the_ceiling() -> None:
+    cut, door = 2.3, (1.5, 2.4)
+    parts: list[F64] = []
+    for x0, x1 in ((0.0, 4.0), (4.1, 8.0)):
+        floor, *walls = room(x0, 0, x1, 4, ceiling=None)
+        inner = 4.0 if x0 == 0 else 4.1
+        across = [upright((inner, 0), (inner, door[0]), 0, cut), upright((inner, door[1]), (inner, 4), 0, cut)]
+        lintel = upright((inner, door[0]), (inner, door[1]), 2.1, cut)
+        outer = [w for w in walls if np.ptp(w[:, 0]) > 0.2 or abs(np.median(w[:, 0]) - inner) > 0.2]
+        parts += [floor, *(w[w[:, 2] < cut] for w in outer), *across, lintel]
+    parts.append(level(4.0, door[0], 4.1, door[1], 0.0))
+    parts.append(level(0.0, 0.5, 0.4, 3.5, 1.5))  # the underside of cabinets, all that hangs overhead
+    plan = plan_from(parts, [99] * len(parts), [[np.nan] * 3], 2.5)
+    assert plan.levels.ceiling is None and abs(plan.levels.top - cut) < 0.06
+    assert not plan.ceiling.any()
+    assert sorted(round(s.area) for s in find_spaces(plan, find_faces(plan), [])[0]) == [16, 16]
