@@ -48,6 +48,10 @@ TOUCHING = 0.001
 """Metres by which openings that stand side by side may overlap: places are rounded."""
 STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
+HALF = (0.35, 0.65)
+"""Share of a doorway's width that one of its two leaves has."""
+JAMB = 0.06
+"""Metres within which a leaf's edge is at the jamb or head that it hangs in: frames."""
 LOOKED_THROUGH = 0.15
 """Share of a rectangle that was looked through from which on it is no closed leaf, but glazed or open."""
 
@@ -219,15 +223,15 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
 
 def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:
     """Without the less sure of two openings that overlap in one wall; a closed leaf that nobody looked through is surer
-    than rays that did not return. Of those that stand side by side, the less sure one ends where the other begins.
+    than rays that did not return, unless it is one of two whose other one stands open. Of those that stand side by
+    side, the less sure one ends where the other begins; none goes on beyond its wall.
     """
     kept: list[OpeningShape] = []
-    found = [o for o in found if not (_shut(o) and any(_surer_window(w, o) for w in found))]
+    found = [o for o in found if not (_shut(o) and any(_surer_window(w, o) or _one_of_two(o, w) for w in found))]
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
-        wall = storeys[opening.storey].walls[opening.wall]
-        length = wall.length
-        alone = _beside(opening, [k for k in rivals if _overlap(opening, k)])
+        length = storeys[opening.storey].walls[opening.wall].length
+        alone = _within(_beside(opening, [k for k in rivals if _overlap(opening, k)]), length)
         fits = alone.offset > -0.01 and alone.offset + alone.width < length + 0.01
         if fits and not any(_overlap(alone, k) for k in rivals):
             kept.append(alone)
@@ -243,9 +247,29 @@ def _beside(opening: OpeningShape, rivals: Sequence[OpeningShape]) -> OpeningSha
             high = min(high, start)
         elif end < high and end - low < STRIP * opening.width:
             low = max(low, end)
+    return _between(opening, low, high)
+
+
+def _within(opening: OpeningShape, length: float) -> OpeningShape:
+    """An opening without a strip that lies beyond its wall's end: linings lie before the walls that meet there."""
+    low, high = max(opening.offset, 0.0), min(opening.offset + opening.width, length)
+    return _between(opening, low, high) if high - low > (1 - STRIP) * opening.width else opening
+
+
+def _between(opening: OpeningShape, low: float, high: float) -> OpeningShape:
+    """An opening with its jambs at two places along its wall."""
     if (low, high) == (opening.offset, opening.offset + opening.width):
         return opening
     return replace(opening, offset=round(low, 4), width=round(high - low, 4))
+
+
+def _one_of_two(leaf: OpeningShape, doorway: OpeningShape) -> bool:
+    """Whether a closed leaf hangs at a jamb of a doorway that was looked through, whose other leaf was seen open."""
+    if (leaf.storey, leaf.wall) != (doorway.storey, doorway.wall) or doorway.angle is None:
+        return False
+    ends = abs(leaf.offset - doorway.offset), abs(leaf.offset + leaf.width - doorway.offset - doorway.width)
+    heads = abs(leaf.sill + leaf.height - doorway.sill - doorway.height)
+    return HALF[0] < leaf.width / doorway.width < HALF[1] and max(min(ends), heads) < JAMB
 
 
 def _surer_window(window: OpeningShape, door: OpeningShape) -> bool:

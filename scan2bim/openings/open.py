@@ -73,8 +73,10 @@ LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
 RIM = 0.15
 """Width, metres, of an opening's rim, in which lining and frame are left out when panes are looked for."""
-HIDDEN = 0.3
-"""Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle."""
+HIDDEN, LEAF = 0.3, 0.8
+"""Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle; and where the leaf was
+seen within the wall, before the jamb.
+"""
 WHOLE = 0.12
 """Distance, metres, to the wall's ends, head and foot, within which an opening is the whole wall: a glass front or no
 wall at all."""
@@ -200,11 +202,13 @@ def _rail(face: Mask) -> bool:
 
 def _bare(image: WallImage, side: float, step: int, top: float) -> float:
     """A jamb moved outwards, behind a leaf that hides it, to where the wall's face begins, if that is near."""
-    for k in range(round(HIDDEN / PIXEL)):
+    behind = np.asarray(image.behind.any(0))
+    for k in range(round(LEAF / PIXEL)):
         at = side + step * k * PIXEL
         strip = part(image.face, min(at, at + 2 * step * PIXEL), max(at, at + 2 * step * PIXEL), MARGIN, top - MARGIN)
         if strip.size and strip.any(1).mean() > 0.3:
-            return at
+            inside = part(behind, min(at, at - step * RIM), max(at, at - step * RIM), MARGIN, top - MARGIN)
+            return at if k * PIXEL < HIDDEN or inside.any(1).mean() > 0.3 else side
     return side
 
 
@@ -231,7 +235,7 @@ def _opening(
     outer = not (wall.left and wall.right)
     sides = sides_of(image, box, outer)
     left, right, lower, top = (side.inner if outer and side.hidden > 0 else side.place for side in sides)
-    bottom = lower if bottom > 0.0 or sides[2].wall else 0.0
+    bottom = lower if bottom > 0.0 or (sides[2].wall and sides[2].hidden == 0.0) else 0.0
     bottom = 0.0 if bottom < (HIGHEST_SILL if outer else HIGHEST_THRESHOLD) else bottom
     top = min(top, wall.top - wall.base)
     far = [round(side.hidden, 4) if outer else 0.0 for side in sides]
@@ -291,9 +295,12 @@ def _least_sides(
     wall: WallShape, box: Box, hidden: tuple[float, float, float, float], reveals: int, in_line: bool
 ) -> int:
     """How many sides of an opening must have the wall's face beside them."""
-    least = (1 if box[2] == 0.0 else 2) + (_touching(wall, box) > 0)
+    touching = _touching(wall, box)
+    least = (1 if box[2] == 0.0 else 2) + (touching > 0)
     if in_line and reveals:
         return 1
+    if box[2] > 0.0 and reveals >= LEAST_REVEALS:
+        least -= touching > 0
     if box[2] > 0.0 and reveals >= 2:
         return max(1, least - sum(1 for away in hidden if away > HIDDEN))
     return least
@@ -311,7 +318,9 @@ def _backed(wall: WallShape, image: WallImage, box: Box) -> bool:
         return False
     left, right, bottom, top = box
     around = left - RING, right + RING, bottom - RING, top + RING
-    faces = [(part(points > 0, *box), part(points > 0, *around)) for points in image.faces]
+    inset = min(RIM, (right - left) / 4)
+    middle = left + inset, right - inset, bottom + inset, top - inset
+    faces = [(part(points > 0, *middle), part(points > 0, *around)) for points in image.faces]
     return any(here.size and here.mean() > max(SOLID * ring.mean(), LEAST_THROUGH) for here, ring in faces)
 
 

@@ -10,7 +10,7 @@ import pytest
 from scan2bim.config import OpeningSettings
 from scan2bim.openings.closed.edges import edges_of, moved
 from scan2bim.openings.closed.find import closed_doors
-from scan2bim.openings.closed.rectangles import Rectangle, face_of
+from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import Orthoimage, orthoimage
 from scan2bim.openings.paper.closed import closed_doors_of
@@ -50,40 +50,40 @@ def face(
 
 @pytest.mark.parametrize("recess", [0.006, 0.02, 0.05])
 def test_a_recessed_leaf_is_a_door(recess: float) -> None:
-    (found,) = closed_doors([face_of(face(recess)), face_of(face(recess, side="right"))])
+    (found,) = closed_doors(contrasted([face(recess), face(recess, side="right")]))
     assert found.box.overlap(DOOR) > 0.93  # a line of the image; its edges are refined
     assert found.evidence["left"].recess == pytest.approx(recess, abs=0.001)
 
 
 def test_a_picture_that_does_not_reach_the_floor_is_none() -> None:
-    assert not closed_doors([face_of(face(-0.02, 0.3, bottom=1.1)), face_of(face(0.0, side="right"))])
+    assert not closed_doors(contrasted([face(-0.02, 0.3, bottom=1.1), face(0.0, side="right")]))
 
 
 def test_a_panel_that_stands_before_one_face_is_none() -> None:
-    assert not closed_doors([face_of(face(-0.04, 0.2)), face_of(face(0.0, side="right"))])
+    assert not closed_doors(contrasted([face(-0.04, 0.2), face(0.0, side="right")]))
 
 
 def test_a_flush_leaf_of_nearly_the_walls_colour_is_a_door_though_half_of_a_side_is_hidden() -> None:
     image = face(0.0, 0.06)
     image.count[:110, 130:170] = 0
     image.known[:110, 130:170] = False
-    (found,) = closed_doors([face_of(image)])
+    (found,) = closed_doors(contrasted([image]))
     assert found.box.overlap(DOOR) > 0.93
 
 
 def test_a_strip_that_reaches_the_ceiling_is_none() -> None:
     tall = Rectangle(DOOR.left, DOOR.right, 2.55)
-    assert not closed_doors([face_of(face(0.02, box=tall)), face_of(face(0.02, box=tall, side="right"))])
+    assert not closed_doors(contrasted([face(0.02, box=tall), face(0.02, box=tall, side="right")]))
 
 
 def test_a_bare_wall_has_none() -> None:
-    assert not closed_doors([face_of(face(0.0)), face_of(face(0.0, side="right"))])
+    assert not closed_doors(contrasted([face(0.0), face(0.0, side="right")]))
 
 
 @pytest.mark.parametrize(("recess", "colour"), [(0.02, 0.0), (0.0, 0.2)])
 def test_a_step_of_depth_or_colour_is_the_openings_edge(recess: float, colour: float) -> None:
     rough = Rectangle(DOOR.left - 0.04, DOOR.right + 0.03, DOOR.top + 0.03)
-    edges = edges_of([face_of(face(recess, colour))], rough)
+    edges = edges_of(contrasted([face(recess, colour)]), rough)
     box = moved(rough, edges)
     assert [edge.kind for edge in edges if edge] == ["step"] * 3
     assert (box.left, box.right, box.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.006)
@@ -91,7 +91,7 @@ def test_a_step_of_depth_or_colour_is_the_openings_edge(recess: float, colour: f
 
 def test_a_trim_is_not_part_of_the_opening() -> None:
     outline = Rectangle(DOOR.left - 0.07, DOOR.right + 0.07, DOOR.top + 0.07)
-    edges = edges_of([face_of(face(0.03, trim=0.015))], outline)
+    edges = edges_of(contrasted([face(0.03, trim=0.015)]), outline)
     box = moved(outline, edges)
     assert [edge.kind for edge in edges if edge] == ["trim"] * 3
     assert (box.left, box.right, box.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.01)
@@ -100,7 +100,7 @@ def test_a_trim_is_not_part_of_the_opening() -> None:
 def test_a_board_beside_a_door_is_not_its_trim() -> None:
     image = face(0.0, 0.2)
     image.depth[:200, 255:262] += 0.02
-    box = moved(DOOR, edges_of([face_of(image)], DOOR))
+    box = moved(DOOR, edges_of(contrasted([image]), DOOR))
     assert box.right == pytest.approx(DOOR.right, abs=0.006)
 
 

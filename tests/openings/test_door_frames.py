@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scan2bim.openings.closed.rectangles import Face, face_of
+from scan2bim.openings.closed.rectangles import Face, contrasted
 from scan2bim.openings.closed.score import SUREST, confidence
 from scan2bim.openings.door_frames import with_pane
 from scan2bim.openings.orthoimage import Orthoimage
@@ -29,7 +29,7 @@ def face(panel: float, depth: float) -> Face:
     values[: round(panel * 100), 150:240] += depth
     rgb = np.full((*shape, 3), 0.7, np.float32)
     coarse = np.zeros((52, 80), np.uint8)
-    return face_of(Orthoimage("left", known.astype(np.uint16), rgb, values, known, coarse + 1, coarse, coarse))
+    return contrasted([Orthoimage("left", known.astype(np.uint16), rgb, values, known, coarse + 1, coarse, coarse)])[0]
 
 
 def test_a_panel_below_what_was_looked_through_is_a_closed_glazed_leaf() -> None:

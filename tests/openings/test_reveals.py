@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.edges import LAP, Edge, moved
-from scan2bim.openings.closed.rectangles import Rectangle, face_of
+from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.closed.reveals import behind_trims, opening_edges
 from scan2bim.openings.door_linings import flush_lining
 from scan2bim.openings.near_points import WallPoints
@@ -63,7 +63,7 @@ def outwards(edges: list[Edge | None]) -> list[float]:
     ids=["that begins at the reveal", "that laps over the wall's own reveal", "that stands back from a lining's"],
 )
 def test_a_door_ends_behind_a_trim(reveal: float, expected: float) -> None:
-    near, faces = points(reveal, 0.0), [face_of(face(True))]
+    near, faces = points(reveal, 0.0), contrasted([face(True)])
     assert outwards(opening_edges(faces, DOOR, near, HALF)) == pytest.approx([expected] * 3, abs=0.005)
     clear = Rectangle(DOOR.left - reveal, DOOR.right + reveal, DOOR.top + reveal)
     found = moved(clear, behind_trims(faces, clear, near, HALF))
@@ -71,7 +71,7 @@ def test_a_door_ends_behind_a_trim(reveal: float, expected: float) -> None:
 
 
 def test_another_walls_face_beside_a_door_is_no_reveal() -> None:
-    edges = opening_edges([face_of(face(True))], DOOR, points(0.03, 0.0, farthest=0.2), HALF)
+    edges = opening_edges(contrasted([face(True)]), DOOR, points(0.03, 0.0, farthest=0.2), HALF)
     assert outwards(edges) == pytest.approx([0.0] * 3, abs=0.006)
 
 
@@ -79,7 +79,7 @@ def test_another_walls_face_beside_a_door_is_no_reveal() -> None:
 def test_a_flush_lining_ends_where_its_colour_does(tint: float) -> None:
     image = face(False, 0.05, tint)
     assert flush_lining([image], (DOOR.left, DOOR.right, DOOR.top)) == pytest.approx(0.05, abs=0.005)
-    edges = opening_edges([face_of(image)], DOOR, points(0.0, 0.065), HALF)
+    edges = opening_edges(contrasted([image]), DOOR, points(0.0, 0.065), HALF)
     assert outwards(edges) == pytest.approx([0.05] * 3, abs=0.008)
 
 

@@ -118,7 +118,7 @@ class FaceEvidence:
 def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
     image = face.image
-    rasters = image.count, image.rgb, image.depth, image.known, image.through, image.on
+    rasters = image.count, face.solid, image.rgb, image.depth, image.known, image.through, image.on
     told = _told(_lines(face), rasters, box.left, box.right, box.top, SLACK)
     left, right, head, agree, shown, seen, recess, colour, trim, beyond, foot, height, at = told[:13]
     through, dominant, whole, lintel, flank, onward = told[13:]
@@ -139,11 +139,11 @@ def _lines(face: Face) -> tuple[I16, I16, I16, I16, I16, I16]:
 def _told(lines, rasters, left, right, top, slack):  # pyright: ignore
     """The numbers of a face's evidence in their order, from its lines and rasters: one call for each candidate."""
     rising, falling, seen, over, under, known_heads = lines
-    count, rgb, depth, known, through, on = rasters
+    count, solid, rgb, depth, known, through, on = rasters
     outline = _outline(rising, falling, seen, over, under, known_heads, left, right, top, slack)
     share, wall, leaf, colour, dominant, lintel, flank = _surface(depth, known, rgb, left, right, top)
     beyond, foot, onward = _around(rising, falling, seen, over, under, known_heads, left, right, top, slack)
-    trim, whole = _strips(count, rgb, depth, left, right, top, wall, leaf)
+    trim, whole = _strips(count, solid, rgb, depth, left, right, top, wall, leaf)
     height, at = _handle(depth, count, left, right, top, leaf)
     looked = _through(through, on, left, right, top)
     rest = looked, dominant, whole, lintel, flank, onward
@@ -237,9 +237,9 @@ def _around(rising, falling, seen, rising_heads, falling_heads, seen_heads, left
 
 
 @nb.njit(cache=True, nogil=True)
-def _strips(count, rgb, depth, left, right, top, wall, leaf):  # pyright: ignore
+def _strips(count, solid, rgb, depth, left, right, top, wall, leaf):  # pyright: ignore
     """Least metres by which strips at left, right and head stand out from the wall; and share of the columns inside
-    that have the leaf's depth and colour.
+    that have the leaf's depth and colour, panes left out.
     """
     size = depth.shape
     start = columns(count, rgb, depth, *window(size, left - SHADOW, left + TRIM, FOOT, top - TRIM))
@@ -249,7 +249,7 @@ def _strips(count, rgb, depth, left, right, top, wall, leaf):  # pyright: ignore
     trim = min(stands_out(start, wall, few), stands_out(end, wall, few), stands_out(head, wall, few))
     if not np.isfinite(leaf):
         return trim, 0.0
-    inside = columns(count, rgb, depth, *window(size, left + TRIM, right - TRIM, FOOT, top - TRIM))
+    inside = columns(solid, rgb, depth, *window(size, left + TRIM, right - TRIM, FOOT, top - TRIM))
     deep = min(max(leaf, -DEEPEST), DEEPEST)
     return trim, share_alike(inside, deep, ALIKE_DEPTH, ALIKE_COLOUR, few)
 

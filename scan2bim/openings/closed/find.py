@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -11,9 +11,9 @@ import numpy as np
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.openings.closed.edges import moved
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
-from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, face_of
+from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, contrasted
 from scan2bim.openings.closed.reveals import opening_edges
-from scan2bim.openings.closed.score import confidence, features_of, probability
+from scan2bim.openings.closed.score import DOUBLE, confidence, features_of, probability
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
@@ -34,6 +34,8 @@ NEARER = 0.02
 HINGE: dict[str, Literal["start", "end"]] = {"start": "end", "end": "start"}
 """The hinge side by the handle's."""
 SIDES: tuple[Side, Side] = ("left", "right")
+PAIR, LEVEL = 0.04, 0.03
+"""Gap between two leaves of one door, and difference of their heads, metres: doors of their own have a post between."""
 LEAVES = 1.35
 """Width, metres, of an opening from which on a door has two leaves."""
 
@@ -78,12 +80,31 @@ def faces_of(
         for side in SIDES
         if (wall.left if side == "left" else wall.right)
     )
-    return [face_of(image) for image in images if image is not None]
+    return contrasted([image for image in images if image is not None])
 
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall."""
-    return kept([judged(faces, box) for box in candidates(faces)])
+    return paired(faces, kept([judged(faces, box) for box in candidates(faces)]))
+
+
+def paired(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
+    """The doors of a wall, those that stand edge to edge as the two leaves of one."""
+    out: list[ClosedDoor] = []
+    for door in sorted(doors, key=lambda d: d.box.left):
+        last = out[-1] if out else None
+        if last is None or not _are_leaves(last.box, door.box):
+            out.append(door)
+            continue
+        both = judged(faces, Rectangle(last.box.left, door.box.right, max(last.box.top, door.box.top)))
+        out[-1] = replace(both, probability=max(last.probability, door.probability, both.probability))
+    return out
+
+
+def _are_leaves(left: Rectangle, right: Rectangle) -> bool:
+    """Whether two rectangles touch, end at one height and are as wide together as a door of two leaves."""
+    gap, wide = right.left - left.right, right.right - left.left
+    return abs(gap) < PAIR and abs(left.top - right.top) < LEVEL and DOUBLE[0] < wide < DOUBLE[1]
 
 
 def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:

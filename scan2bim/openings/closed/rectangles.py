@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, contrasts
 from scan2bim.openings.closed.lines import Support, find_lines, largest_near, support_of
-from scan2bim.openings.orthoimage import PIXEL, Orthoimage
+from scan2bim.openings.orthoimage import COARSE, PIXEL, Orthoimage
 
 F32 = NDArray[np.float32]
 NARROWEST, WIDEST = 0.55, 2.6
@@ -54,13 +54,16 @@ UNSURE = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """A face with its contrasts, their support across upright and level lines."""
+    """A face with its contrasts, their support across upright and level lines, and where it has points and the wall was
+    looked through from neither side (r, c): panes return some pulses, too.
+    """
 
     image: Orthoimage
     upright: Contrast
     level: Contrast
     sides: Support
     heads: Support
+    solid: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +85,20 @@ class Rectangle:
         return inner / (self.width * self.top + other.width * other.top - inner)
 
 
-def face_of(image: Orthoimage) -> Face:
-    """A face's contrasts and their support."""
+def contrasted(images: Sequence[Orthoimage]) -> list[Face]:
+    """The contrasts and their support of a wall's faces."""
+    if not images:
+        return []
+    rows, cols = images[0].count.shape
+    step = round(COARSE / PIXEL)
+    looked = np.any([(image.through > 0) & (image.through >= image.on) for image in images], axis=0)
+    clear = ~looked.repeat(step, 0).repeat(step, 1)[:rows, :cols]
+    return [_face(image, (image.count > 0) & clear) for image in images]
+
+
+def _face(image: Orthoimage, solid: NDArray[np.bool_]) -> Face:
     upright, level = contrasts(image)
-    return Face(image, upright, level, support_of(upright), support_of(level))
+    return Face(image, upright, level, support_of(upright), support_of(level), solid)
 
 
 def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
