@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,10 @@ SKIRT = 0.15
 """Height above the floor, metres, below which nothing is taken for a wall: skirting boards, cables, thresholds."""
 FLUSH = 0.07
 """Distance from the ceiling, metres, within which points belong to it."""
+NOISE = 0.03
+"""Height over a soffit, metres, from which on what was seen is not the soffit itself."""
+REACHING = 3
+"""Heights of 10 cm within HIGH of the ceiling that a column fills at least to reach it."""
 HIGH = 0.45
 """Height below the ceiling, metres, that furniture seldom reaches: what stands there is most likely a wall."""
 F64 = NDArray[np.float64]
@@ -78,6 +82,24 @@ class Columns:
     def joined(self, other: Columns) -> Columns:
         """These and then the others."""
         return Columns(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))
+
+
+def over_soffits(surfels: Surfels, layers: Layers, grid: Grid, soffit: F64, ceiling: F64, columns: Columns) -> Columns:
+    """Columns of which those reach the ceiling zone that go on over a strip that hangs lower at the ceiling's rim: the
+    wall over and under a window. ``soffit`` (rows, columns) is the height of the highest such strip near, ``ceiling``
+    that of the nearest ceiling without them.
+    """
+    z = surfels.xyz[layers.order, 2].astype(np.float64)
+    at = np.flatnonzero(z > grid.floor + SKIRT)
+    pixel = grid.pixel_of(surfels.xyz[layers.order[at], :2].astype(np.float64))
+    inside = grid.contains(pixel)
+    at, pixel = at[inside], pixel[inside]
+    col, row = pixel.T
+    over = (z[at] > soffit[row, col] + NOISE) & (z[at] < ceiling[row, col] - FLUSH)
+    found = np.zeros(grid.roof.shape, np.bool_)
+    found[row[over], col[over]] = True
+    both = found[columns.pixel[:, 1], columns.pixel[:, 0]]
+    return replace(columns, high=np.where(both, np.maximum(columns.high, REACHING), columns.high))
 
 
 def gather_columns(surfels: Surfels, layers: Layers, grid: Grid, stations: F64) -> Columns:

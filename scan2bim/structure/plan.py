@@ -15,7 +15,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
-from scan2bim.structure.columns import FLUSH, Columns, Grid, gather_columns, pixels_at
+from scan2bim.structure.columns import FLUSH, Columns, Grid, gather_columns, over_soffits, pixels_at
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SOFFIT = 13
@@ -25,6 +25,8 @@ DROP = 0.12
 STEP = 0.06
 """Metres that it hangs lower where the ceiling ends beyond it: the lintel of a window that nearly reaches the ceiling.
 """
+NEAR = 4
+"""Pixels: 20 cm, from a window's frame, which hangs lower still, to the soffit before it."""
 SMALLEST_CEILING = 7
 """Pixels: a ceiling patch that a square of 35 cm does not fit in is a lintel, a shelf or a beam."""
 THIN = 5
@@ -99,7 +101,9 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
         ceiling, ceiling_z, soffit = np.zeros_like(ceiling), np.full_like(ceiling_z, np.nan), np.zeros_like(soffit)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top + FLUSH), levels.floor)
-    columns = _facing(gather_columns(surfels, layers, grid, stations), floor, ceiling_z)
+    columns = gather_columns(surfels, layers, grid, stations)
+    under, over = _around_soffits(grid, soffit, ceiling_z)
+    columns = _facing(over_soffits(surfels, layers, grid, under, over, columns), floor, ceiling_z)
     void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
     return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)
 
@@ -267,6 +271,16 @@ def _roof_near(ceiling_z: F32) -> F32:
     broad = cv2.dilate(np.where(within, lowest, np.float32(-np.inf)), kernel)
     lowered = np.where(known, np.minimum(ceiling_z, broad), np.float32(np.nan))
     return lowered.ravel()[nearest_of(known)]
+
+
+def _around_soffits(grid: Grid, soffit: U8, ceiling_z: F32) -> tuple[F64, F64]:
+    """Height of the highest strip that hangs lower within NEAR pixels, or of the ceiling that ends columns, and of the
+    nearest ceiling that is no such strip; both (rows, columns).
+    """
+    strips = np.where((soffit > 0) & np.isfinite(ceiling_z), ceiling_z, np.float32(-np.inf))
+    highest = cv2.dilate(strips, np.ones((2 * NEAR + 1, 2 * NEAR + 1), np.uint8)).astype(np.float64)
+    rimless = _roof_near(np.where(soffit > 0, np.float32(np.nan), ceiling_z)).astype(np.float64)
+    return np.maximum(highest, grid.roof), rimless
 
 
 def without_ceiling(plan: Plan, hidden: NDArray[np.bool_]) -> Plan:

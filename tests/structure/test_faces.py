@@ -152,3 +152,22 @@ def test_a_wall_below_a_window_is_the_wall_and_what_stands_back_above_it_is_not(
     (a, b), (c, d) = (turned(np.array([[2, y, 0], [4, y, 0]]), yaw)[:, :2] for y in (3.4, 3.0))
     assert not on_line(faces, a, b, 0.005)
     assert len(on_line(faces, c, d, 0.005)) == 1
+
+
+def window_row() -> list[F64]:
+    """A room 14 m long with a row of windows, 13 cm back in its wall, over a parapet and under a lintel of 30 cm."""
+    parts = [level(0, 0, 14, 3, 0), level(0, 0, 14, 3, 2.5), upright((0, 0), (14, 0), 0, 2.5)]
+    parts += [upright((0, 3), (0, 0), 0, 2.5), upright((14, 0), (14, 3), 0, 2.5)]
+    parts += [upright((0, 3), (14, 3), 0, 0.9), upright((0, 3), (14, 3), 2.2, 2.5)]
+    for x in range(0, 14, 2):
+        parts += [upright((x + 0.3, 3.13), (x + 2, 3.13), 0.9, 2.2), level(x + 0.3, 3, x + 2, 3.13, 2.2)]
+        parts.append(upright((x, 3), (x + 0.3, 3), 0.9, 2.2))
+    return parts
+
+
+@pytest.mark.parametrize("yaw", YAWS)
+def test_the_lintel_over_windows_is_part_of_the_wall_and_their_panes_are_not(yaw: float) -> None:
+    faces = find_faces(plan([window_row()], [(7, 1)], yaw))
+    (a, b), (c, d) = (turned(np.array([[0.5, y, 0], [13.5, y, 0]]), yaw)[:, :2] for y in (3.13, 3.0))
+    assert not on_line(faces, a, b, 0.005)
+    assert sum(f.tall for f in on_line(faces, c, d, 0.005)) > 7.0
