@@ -88,7 +88,7 @@ def space_evidence(plan: Plan, free: NDArray[np.bool_]) -> NDArray[np.float32]:
         score[floor & (score < 0)] = 0.1
         score[ceiling] = 1.0
     else:
-        score[(closed(plan.floor, 5) > 0) | ceiling] = 0.8
+        score[closed(plan.floor | plan.things, 5) > 0] = 0.8
     score[plan.void > 0] = NOTHING
     return score
 
@@ -187,7 +187,7 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
     behind = np.maximum(seen.right, BEHIND_GAP * seen.bridged_right)
     np.add.at(evidence, cell, SIDE * length * (seen.left - behind * back * seen.opaque))
-    parted = np.maximum(seen.left, seen.right)[pair[:, 0]]
+    parted = seen.either[pair[:, 0]]
     covered = np.maximum(parted, BRIDGED * seen.bridged[pair[:, 0]])
     return Cells(polygons, cell[pair], ends[pair[:, 0]], covered, parted, evidence)
 
@@ -265,12 +265,13 @@ def _edge_keys(ends: F64) -> I64:
 @dataclass(frozen=True, slots=True, eq=False)
 class Coverage:
     """Per edge (e,): share on which a face was seen with its air on the ``left``, on the ``right`` of the edge (unsided
-    faces give half to both); ``bridged`` share that lies between the ends of a face, seen or not: across a door, behind
-    a cupboard; ``opaque`` where no pane is.
+    faces give half to both), on ``either``; ``bridged`` share that lies between the ends of a face, seen or not: across
+    a door, behind a cupboard; ``opaque`` where no pane is.
     """
 
     left: F64
     right: F64
+    either: F64
     bridged: F64
     bridged_right: F64
     opaque: NDArray[np.bool_]
@@ -281,7 +282,7 @@ def _coverage(ends: F64, faces: Sequence[Face], spans: Sequence[Span], plan: Pla
     middle = ends.mean(1)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     direction = (ends[:, 1] - ends[:, 0]) / np.maximum(length, 1e-9)[:, None]
-    left, right, bridged, bridged_right = np.zeros((4, len(ends)))
+    left, right, either, bridged, bridged_right = np.zeros((5, len(ends)))
     opaque = np.ones(len(ends), bool)
     for face, span in zip(faces, spans, strict=True):
         on = np.flatnonzero(
@@ -304,11 +305,12 @@ def _coverage(ends: F64, faces: Sequence[Face], spans: Sequence[Span], plan: Pla
         at = np.clip((along - start) / PLAN, 0, len(seen))
         share = np.interp(at[:, 1], np.arange(len(total)), total) - np.interp(at[:, 0], np.arange(len(total)), total)
         share = np.clip(share * PLAN / np.maximum(length[on], 1e-9), 0, 1)
+        either[on] = np.maximum(either[on], share)
         sided = 1.0 if face.sided else 0.5
         left[on] = np.maximum(left[on], np.where(same, share * sided, share * (1 - sided)))
         right[on] = np.maximum(right[on], np.where(same, share * (1 - sided), share * sided))
         opaque[on] &= not face.glass
-    return Coverage(left, right, bridged, bridged_right, opaque)
+    return Coverage(left, right, either, bridged, bridged_right, opaque)
 
 
 def _spans(faces: Sequence[Face]) -> list[Span]:

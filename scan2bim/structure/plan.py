@@ -15,7 +15,7 @@ from shapely.geometry import Polygon
 
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
-from scan2bim.structure.columns import FLUSH, Columns, Grid, gather_columns, over_soffits, pixels_at
+from scan2bim.structure.columns import FLUSH, HIGH, Columns, Grid, gather_columns, over_soffits, pixels_at
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SOFFIT = 13
@@ -60,7 +60,8 @@ class Plan:
     float32 height of the lowest that hangs over a pixel, narrow strips and all;
     ``soffit`` uint8 mask of narrow strips at its rim that hang lower: lintels, alcoves;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
-    surfaces.
+    surfaces; ``things`` uint8 mask of what stands well below the walls' top and can be seen from above, where no
+    ceiling was scanned.
     """
 
     levels: StoreyLevels
@@ -73,6 +74,7 @@ class Plan:
     soffit: U8
     void: U8
     columns: Columns
+    things: U8
 
     @property
     def origin(self) -> F64:
@@ -96,8 +98,10 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     at = np.flatnonzero(hollow & (z > levels.floor + LOWEST_CEILING))
     at = at[_overhead(pixel[at], xyz[at], here.pick(at), surfels, stations, shape)]
     ceiling, ceiling_z, soffit, found = _ceiling(pixel[at], xyz[at], shape)
+    things = np.zeros_like(floor)
     if ceiling.sum() <= ROOFED * floor.sum():
         levels = replace(levels, ceiling=None, top=float(np.percentile(z, CUT)))
+        things = _mask(pixel[standing & np.isinf(here.above) & (z < levels.top - HIGH)], shape)
         ceiling, ceiling_z, soffit = np.zeros_like(ceiling), np.full_like(ceiling_z, np.nan), np.zeros_like(soffit)
     roof = _roof_near(ceiling_z).astype(np.float64)
     grid = Grid(origin, np.where(np.isfinite(roof), roof, levels.top + FLUSH), levels.floor)
@@ -105,7 +109,7 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     under, over = _around_soffits(grid, soffit, ceiling_z)
     columns = _facing(over_soffits(surfels, layers, grid, under, over, columns), floor, ceiling_z)
     void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
-    return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns)
+    return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns, things)
 
 
 def _overhead(

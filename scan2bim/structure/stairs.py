@@ -56,6 +56,10 @@ ALONGSIDE = 0.2
 """Distance, metres, from the sides of a stair within which the floor beside its well begins."""
 SMALLEST_WELL = 0.7
 """Plan area, square metres, of the smallest well: that of a spiral stair of 1 m."""
+USUAL_TREAD = 0.04
+"""Area seen, square metres, of half of a stair's treads at least: plants and heaps show less at one height."""
+FILLED = 0.5
+"""Share of what can be stood on in a stair's outline that its treads must be."""
 PIECES = 2
 """Pieces of treads a riser, from which it is furniture at many heights: a tread is seldom seen in more than one piece.
 """
@@ -245,7 +249,10 @@ def _stair(
         top = above
     outline = _outline(points, yaw, kind)
     risers = round((top - floor) / riser)
-    if len(chain) > PIECES * risers:
+    within = shapely.contains_xy(outline, xy[:, 0], xy[:, 1])
+    treads = np.isin(tread[within], chain)
+    small = np.median(count[chain]) * PLAN**2 < USUAL_TREAD
+    if len(chain) > PIECES * risers or small or treads.mean() < FILLED:
         return None
     across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
     width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))

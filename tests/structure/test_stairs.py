@@ -131,3 +131,17 @@ def test_furniture_of_many_heights_beside_each_other_is_no_stair() -> None:
     ]
     heights = [0.19 * (1 + (k % 8 if k // 8 % 2 == 0 else 7 - k % 8)) for k in range(32)]
     assert not stairs_among([t + np.array([0, 0, h]) for t, h in zip(things, heights, strict=True)], 2.85)
+
+
+def test_small_things_a_riser_apart_are_no_stair() -> None:
+    steps = [(1 + 0.2 * k, 0.19 * (k + 1)) for k in range(10)]
+    assert len(stairs_among([level(x, 1, x + 0.2, 2, h) for x, h in steps], 2.85)) == 1
+    assert not stairs_among([level(x, 1, x + 0.15, 1.15, h) for x, h in steps], 2.85)
+
+
+def test_things_a_riser_apart_round_other_things_are_no_stair() -> None:
+    angles = np.linspace(0, 2 * math.pi, 14, endpoint=False)
+    places = [(2.5 + 1.1 * math.cos(a), 2.5 + 1.1 * math.sin(a)) for a in angles]
+    ring = [level(x - 0.2, y - 0.2, x + 0.2, y + 0.2, 0.19 * (k + 1)) for k, (x, y) in enumerate(places)]
+    assert len(stairs_among(ring, 2.85)) == 1
+    assert not stairs_among([*ring, level(1.6, 1.6, 3.4, 3.4, 0.1)], 2.85)
