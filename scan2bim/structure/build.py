@@ -58,6 +58,10 @@ LEAST_CEILING = 0.2
 """Share of a space under which a ceiling must have been seen to give it a height: less are shelves and lintels."""
 LEAST_FLOOR = 0.01
 """Share of a space's floor that must have been seen: in each space somebody stood, or looked into it."""
+PODIUM, LEVEL_STEP = 1.2, 0.02
+"""Metres up to which a floor can be raised over the storey's, and steps in which its height is told."""
+LEAST_RAISED = 0.3
+"""Share of a space on which a raised floor must have been seen: more than tables and beds."""
 LEAST_LEVEL = 1.0
 """Square metres of level ceiling beside roof planes from which on they have a height of their own."""
 F64 = NDArray[np.float64]
@@ -232,8 +236,16 @@ def _rooms(
 
 
 def has_floor(space: Polygon, plan: Plan) -> bool:
-    """Whether any of a space's floor was seen, if any of the storey's was: else it is the upper part of a high room."""
-    return plan.levels.sigma is None or bool(plan.floor[pixels_in(space, plan)].mean() > LEAST_FLOOR)
+    """Whether any of a space's floor was seen, if any of the storey's was: else it is the upper part of a high room.
+
+    Also a raised floor is one, if it is level on much of the space.
+    """
+    inside = pixels_in(space, plan)
+    height = plan.standing_z[inside] - np.float32(plan.levels.floor)
+    on_podium = height[(height > 0) & (height < PODIUM)]
+    same = np.convolve(np.bincount((on_podium / LEVEL_STEP).astype(np.int64), minlength=3), np.ones(3))
+    raised = float(same.max()) > LEAST_RAISED * np.count_nonzero(inside)
+    return plan.levels.sigma is None or raised or bool(plan.floor[inside].mean() > LEAST_FLOOR)
 
 
 def _stair(stair: FoundStair) -> StairShape:

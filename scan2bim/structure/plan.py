@@ -61,7 +61,7 @@ class Plan:
     ``soffit`` uint8 mask of narrow strips at its rim that hang lower: lintels, alcoves;
     ``void`` uint8 mask of where one looks down past the floor's level, as in a stair well; ``columns`` the vertical
     surfaces; ``things`` uint8 mask of what stands well below the walls' top and can be seen from above, where no
-    ceiling was scanned.
+    ceiling was scanned; ``standing_z`` float32 height of the lowest that can be stood on over a pixel, nan where none.
     """
 
     levels: StoreyLevels
@@ -75,6 +75,7 @@ class Plan:
     void: U8
     columns: Columns
     things: U8
+    standing_z: F32
 
     @property
     def origin(self) -> F64:
@@ -109,7 +110,20 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     under, over = _around_soffits(grid, soffit, ceiling_z)
     columns = _facing(over_soffits(surfels, layers, grid, under, over, columns), floor, ceiling_z)
     void = _void(floor, _mask(_deep(levels.floor, height, surfels, layers, grid, stations), shape))
-    return Plan(levels, grid, floor, ceiling, ceiling_z, found[..., :2], found[..., 2], soffit, void, columns, things)
+    return Plan(
+        levels,
+        grid,
+        floor,
+        ceiling,
+        ceiling_z,
+        found[..., :2],
+        found[..., 2],
+        soffit,
+        void,
+        columns,
+        things,
+        _lowest(pixel[standing], z[standing], shape),
+    )
 
 
 def _overhead(
@@ -232,6 +246,14 @@ def _outer_roofs(
     patch = opened(closed(_mask(pixel[above], shape), 3), SMALLEST_ROOF)
     above[above] = patch[pixel[above, 1], pixel[above, 0]] > 0
     return above
+
+
+def _lowest(pixel: I64, z: F64, shape: tuple[int, ...]) -> F32:
+    """The least of heights z (n,) over each pixel (n, 2), nan where there is none."""
+    lowest = np.full(shape, np.nan, np.float32)
+    order = np.argsort(-z, kind="stable")
+    lowest[pixel[order, 1], pixel[order, 0]] = z[order]
+    return lowest
 
 
 def _mask(pixel: NDArray[np.int64], shape: tuple[int, ...]) -> U8:

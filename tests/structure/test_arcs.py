@@ -39,7 +39,7 @@ def plan_with(xy: F64, towards: F64, noise: float = 0.003) -> Plan:
     flat, mask = np.full((260, 260), CLEAR, np.float32), np.ones((260, 260), np.uint8)
     where = np.zeros((260, 260, 2), np.float32)
     levels = StoreyLevels(0.0, 0.001, CLEAR, CLEAR, 60.0)
-    return Plan(levels, grid, mask, mask, flat, where, flat, mask * 0, mask * 0, columns, mask * 0)
+    return Plan(levels, grid, mask, mask, flat, where, flat, mask * 0, mask * 0, columns, mask * 0, flat)
 
 
 def round_face(radius: float, first: float, last: float, inside: bool, centre: tuple[float, float] = (6.0, 6.0)):

@@ -54,7 +54,9 @@ def test_a_wall_that_a_stair_hides_in_part_reaches_the_stair() -> None:
 def test_the_upper_part_of_a_high_room_is_no_space_of_the_storey_above() -> None:
     plan = plan_from(room(0, 0, 6, 4), [0] * 6, [[3.0, 2.0, 1.6]], 2.7)
     assert has_floor(box(1, 1, 4, 3), plan)
-    assert not has_floor(box(1, 1, 4, 3), replace(plan, floor=np.zeros_like(plan.floor)))
+    none = np.zeros_like(plan.floor)
+    assert not has_floor(box(1, 1, 4, 3), replace(plan, floor=none, standing_z=np.full_like(plan.standing_z, np.nan)))
+    assert has_floor(box(1, 1, 4, 3), replace(plan, floor=none, standing_z=plan.standing_z + np.float32(0.3)))
 
 
 def test_a_lintel_parts_rooms_where_the_scan_was_cut_below_the_ceiling() -> None:

@@ -37,7 +37,7 @@ def attic(under: NDArray[np.float64] | None = None, turned: float = 0.0, noise: 
     levels = StoreyLevels(0.0, 0.001, None, float(np.nanmax(z)) + 0.1, LONG * WIDE)
     grid = Grid(np.zeros(2), z.astype(np.float64), 0.0)
     xy = np.stack([x, y], -1).astype(np.float32)
-    return Plan(levels, grid, mask, np.isfinite(z).astype(np.uint8), z, xy, z, mask, mask, columns, mask * 0)
+    return Plan(levels, grid, mask, np.isfinite(z).astype(np.uint8), z, xy, z, mask, mask, columns, mask * 0, z)
 
 
 def gable(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
