@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN, TALL, Surfels
+from scan2bim.structure.plan import Plan, plan_of
+from scan2bim.structure.storeys import find_storeys, layers_of
 
 F64 = NDArray[np.float64]
 STEP = 0.025
@@ -74,3 +76,13 @@ def _noisy(values: F64) -> F64:
 def _jitter(count: int, seed: int) -> F64:
     """So that the points' grid does not beat with that of the voxels."""
     return np.random.default_rng([count, seed]).uniform(-0.4 * STEP, 0.4 * STEP, count)
+
+
+def plan(rooms: list[list[F64]], eyes: list[tuple[float, float]], yaw: float = 0.0) -> Plan:
+    """Plan of rooms, each seen by the station that stands in it."""
+    points = [np.concatenate(parts) for parts in rooms]
+    station = np.repeat(np.arange(len(rooms)), [len(p) for p in points])
+    surfels = surfels_of(turned(np.concatenate(points), yaw), station)
+    layers = layers_of(surfels)
+    positions = turned(np.array([[x, y, 1.5] for x, y in eyes]), yaw)
+    return plan_of(find_storeys(surfels, layers, positions)[0], surfels, layers, positions)

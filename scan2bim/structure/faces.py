@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.fits import BAND, Face, fit_line
+from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
 from scan2bim.structure.steps import EVEN, LONG_ENOUGH, TURNED, mod_quarter, parallel_lines, turn_to, turned
@@ -101,7 +102,9 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
         if f.tall >= min(0.4, 0.5 * f.length)
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
-    faces = sorted(_without_fillings(plan, _square_up(columns, faces)), key=lambda f: -f.length)
+    faces = _square_up(columns, faces)
+    faces = without_open_leaves(faces, columns, main_direction(faces))
+    faces = sorted(_without_fillings(plan, faces), key=lambda f: -f.length)
     return tuple(without_recesses(faces, faces))
 
 
@@ -115,6 +118,8 @@ def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
         parts = [face]
         for back in backs.behind(face):
             low, high = np.sort((back.ends() - face.centre) @ face.direction).tolist()
+            if is_closed_leaf(face, back, faces, plan.columns):
+                continue
             split = [_parts_beside(plan, p, low, high) if _filled(plan, p, back) else [p] for p in parts]
             parts = [p for some in split for p in some]
         out += parts

@@ -71,9 +71,20 @@ def test_a_flush_leaf_of_nearly_the_walls_colour_is_a_door_though_half_of_a_side
     assert found.box.overlap(DOOR) > 0.93
 
 
-def test_a_strip_that_reaches_the_ceiling_is_none() -> None:
-    tall = Rectangle(DOOR.left, DOOR.right, 2.55)
-    assert not closed_doors(contrasted([face(0.02, box=tall), face(0.02, box=tall, side="right")]))
+@pytest.mark.parametrize("top", [2.55, 2.6])
+def test_a_leaf_that_reaches_the_ceiling_is_a_door_as_high_as_the_wall(top: float) -> None:
+    tall = Rectangle(DOOR.left, DOOR.right, top)
+    both = contrasted([face(0.0, 0.06, box=tall), face(0.06, box=tall, side="right")])
+    (found,) = closed_doors(both)
+    assert found.box.overlap(Rectangle(DOOR.left, DOOR.right, 2.6)) > 0.93
+    assert closed_doors(both[1:])
+
+
+def test_a_strip_that_reaches_the_ceiling_on_one_face_or_by_its_colour_alone_is_none() -> None:
+    tall = Rectangle(DOOR.left, DOOR.right, 2.6)
+    assert not closed_doors(contrasted([face(0.06, box=tall), face(0.0, side="right")]))
+    assert not closed_doors(contrasted([face(0.0, 0.2, box=tall), face(0.0, 0.2, box=tall, side="right")]))
+    assert not closed_doors(contrasted([face(-0.04, 0.2, box=tall)]))
 
 
 def test_a_bare_wall_has_none() -> None:

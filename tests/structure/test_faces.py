@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from surfaces import level, room, surfels_of, turned, upright
+from surfaces import level, plan, room, surfels_of, turned, upright
 
 from scan2bim.structure.faces import Face, find_faces, main_direction
 from scan2bim.structure.plan import Plan, plan_of
@@ -14,16 +14,6 @@ from scan2bim.structure.storeys import find_storeys, layers_of
 F64 = NDArray[np.float64]
 YAWS = [0.0, 0.3, np.pi / 4, 1.2]
 Line = tuple[tuple[float, float], tuple[float, float]]
-
-
-def plan(rooms: list[list[F64]], eyes: list[tuple[float, float]], yaw: float = 0.0) -> Plan:
-    """Plan of rooms, each seen by the station that stands in it."""
-    points = [np.concatenate(parts) for parts in rooms]
-    station = np.repeat(np.arange(len(rooms)), [len(p) for p in points])
-    surfels = surfels_of(turned(np.concatenate(points), yaw), station)
-    layers = layers_of(surfels)
-    positions = turned(np.array([[x, y, 1.5] for x, y in eyes]), yaw)
-    return plan_of(find_storeys(surfels, layers, positions)[0], surfels, layers, positions)
 
 
 def two_rooms(thickness: float, yaw: float) -> tuple[Plan, dict[str, tuple[F64, F64, F64]]]:

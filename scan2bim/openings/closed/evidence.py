@@ -34,6 +34,8 @@ FLANK = (0.10, 0.35)
 """Distance from a rectangle's sides, metres, between which the wall beside it is asked: beyond trims."""
 LINTEL = (0.10, 0.35)
 """Distance above a rectangle's head, metres, between which wall is looked for: beyond trims."""
+ABOVE = 1.0
+"""Metres above the ceiling at which nothing is seen any more."""
 SKIN = 0.012
 """Distance from the wall's plane, metres, within which a point is the wall's own: plaster's unevenness and noise."""
 STEP = 0.03
@@ -119,14 +121,30 @@ def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
     image = face.image
     rasters = image.count, face.solid, image.rgb, image.depth, image.known, image.through, image.on
-    told = _told(_lines(face), rasters, box.left, box.right, box.top, SLACK)
-    left, right, head, agree, shown, seen, recess, colour, trim, beyond, foot, height, at = told[:13]
+    told = _told(_lines(face), rasters, box.left, box.right, _asked(box), SLACK)
+    left, right, head, agree, shown = _judged_outline(told[:5], box)
+    seen, recess, colour, trim, beyond, foot, height, at = told[5:13]
     through, dominant, whole, lintel, flank, onward = told[13:]
     at = None if np.isnan(height) else "end" if at else "start"
     height = None if at is None else round(height, 3)
     outline, inside = (left, right, head, agree, shown), (seen, recess, colour)
     about, leaf = (trim, beyond, foot, height, at), (through, dominant, whole, lintel, flank, onward)
     return FaceEvidence(*outline, *inside, *about, *leaf, False)
+
+
+def _asked(box: Rectangle) -> float:
+    """Height, metres, up to which the faces are asked of a rectangle: where the ceiling is its head, beyond it, so that
+    nothing is taken for one.
+    """
+    return box.top + ABOVE * box.whole
+
+
+def _judged_outline(told: tuple[float, ...], box: Rectangle) -> tuple[float, float, float, float, float]:
+    """Left, right, head, agree and shown; where the ceiling is the head, it counts as much as the two sides do."""
+    left, right, head, agree, shown = told
+    return (
+        (left, right, (left + right) / 2, 1.5 * agree, 1.5 * shown) if box.whole else (left, right, head, agree, shown)
+    )
 
 
 def _lines(face: Face) -> tuple[I16, I16, I16, I16, I16, I16]:
@@ -293,6 +311,7 @@ def evidence_of(faces: Sequence[Face], box: Rectangle) -> list[FaceEvidence]:
     found = [face_evidence(face, box) for face in faces]
     if len(faces) == 2:
         k = int(found[0].support > found[1].support)
-        left, right, head, agree, shown = _outline(*_lines(faces[k]), box.left, box.right, box.top, LOOSE)
+        told = _outline(*_lines(faces[k]), box.left, box.right, _asked(box), LOOSE)
+        left, right, head, agree, shown = _judged_outline(told, box)
         found[k] = replace(found[k], left=left, right=right, head=head, agree=agree, shown=shown, loose=True)
     return found

@@ -13,7 +13,7 @@ from scan2bim.openings.closed.edges import moved
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
 from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, contrasted
 from scan2bim.openings.closed.reveals import opening_edges
-from scan2bim.openings.closed.score import DOUBLE, confidence, features_of, probability
+from scan2bim.openings.closed.score import DOUBLE, FLUSH, UNSEEN, confidence, features_of, probability
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
@@ -23,6 +23,10 @@ ACCEPTED = 0.6
 """Confidence from which a rectangle is taken for a door: of those below it few are, in the scenes of the fit."""
 OUTLINED = 0.4
 """Share of an outline from which on a face is taken to show the door."""
+TALL_SIDES, SIDES_SHOWN = 0.5, 0.3
+"""Share of each side of a door as high as the room that must be discontinuities on every face on which more than that
+share of the sides was seen: there is no head to tell it by.
+"""
 ROUGH = 0.03
 """Metres, standard deviation of a side that is only known as a line of the image: half of a trim's width."""
 LEAF_THICKNESS = 0.04
@@ -85,7 +89,8 @@ def faces_of(
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall."""
-    return paired(faces, kept([judged(faces, box) for box in candidates(faces)]))
+    found = [judged(faces, box) for box in candidates(faces)]
+    return paired(faces, kept([d for d in found if not d.box.whole or is_tall_leaf(d)]))
 
 
 def paired(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
@@ -96,7 +101,8 @@ def paired(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoo
         if last is None or not _are_leaves(last.box, door.box):
             out.append(door)
             continue
-        both = judged(faces, Rectangle(last.box.left, door.box.right, max(last.box.top, door.box.top)))
+        whole = last.box.whole and door.box.whole
+        both = judged(faces, Rectangle(last.box.left, door.box.right, max(last.box.top, door.box.top), whole))
         out[-1] = replace(both, probability=max(last.probability, door.probability, both.probability))
     return out
 
@@ -105,6 +111,15 @@ def _are_leaves(left: Rectangle, right: Rectangle) -> bool:
     """Whether two rectangles touch, end at one height and are as wide together as a door of two leaves."""
     gap, wide = right.left - left.right, right.right - left.left
     return abs(gap) < PAIR and abs(left.top - right.top) < LEVEL and DOUBLE[0] < wide < DOUBLE[1]
+
+
+def is_tall_leaf(door: ClosedDoor) -> bool:
+    """Whether a rectangle as high as the wall is a door, and no panel, curtain or wardrobe: every face on which its
+    sides were seen shows them, and on one of them a leaf stands back.
+    """
+    shown = [e for e in door.evidence.values() if e.seen > UNSEEN and e.shown > SIDES_SHOWN]
+    back = max((e.recess for e in shown if np.isfinite(e.recess)), default=0.0)
+    return back > FLUSH and all(e.weakest > TALL_SIDES for e in shown)
 
 
 def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:
@@ -138,6 +153,8 @@ def _opening(
     storey: int, number: int, wall: WallShape, door: ClosedDoor, faces: Sequence[Face], points: WallPoints
 ) -> OpeningShape:
     edges = opening_edges(faces, door.box, points, wall.thickness / 2)
+    if door.box.whole:
+        edges[2] = None
     box = moved(door.box, edges)
     length = wall.length
     box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
@@ -193,7 +210,8 @@ def in_words(door: ClosedDoor) -> tuple[str, ...]:
     """The evidence for a closed door."""
     seen = {side: e for side, e in door.evidence.items() if e.outline > OUTLINED}
     words = [f"outline seen on {'both faces' if len(seen) == 2 else 'one face'}"]
-    words.append(f"discontinuities on {max(e.outline for e in door.evidence.values()):.0%} of sides and head")
+    sides = "both sides" if door.box.whole else "sides and head"
+    words.append(f"discontinuities on {max(e.outline for e in door.evidence.values()):.0%} of {sides}")
     recess = [e.recess for e in seen.values() if np.isfinite(e.recess)]
     if recess:
         deepest = max(recess)
@@ -202,7 +220,8 @@ def in_words(door: ClosedDoor) -> tuple[str, ...]:
         words.append("of another colour than the wall")
     if max((e.trim for e in seen.values()), default=0.0) > 0.005:
         words.append("trim round it")
-    words.append("lintel seen" if any(e.lintel > 0.5 for e in seen.values()) else "no lintel seen")
+    lintel = "lintel seen" if any(e.lintel > 0.5 for e in seen.values()) else "no lintel seen"
+    words.append("as high as the room" if door.box.whole else lintel)
     handle = next((e.handle for e in seen.values() if e.handle is not None), None)
     if handle is not None:
         words.append(f"handle at {handle:.2f} m")

@@ -23,7 +23,9 @@ NARROWEST, WIDEST = 0.55, 2.6
 LOWEST, HIGHEST = 1.75, 2.75
 """Heights of heads with their trims, metres."""
 LINTEL = 0.08
-"""Height, metres, of the wall that must be left above a head: otherwise it is the ceiling's line, no door's."""
+"""Height, metres, of the wall that must be left above a head: otherwise it is the ceiling's line. That is the head of
+doors as high as the room, which are told by their sides alone.
+"""
 LEG = 1.8
 """Height, metres, up to which an upright line is looked at before its head is known."""
 FOOT = 0.1
@@ -48,6 +50,10 @@ LEAST_UPPER = 0.65
 """Share of those pieces that must be discontinuities: few are easily so by chance."""
 LEGS = ((FOOT, LEG, LEAST_SIDE), (1.3, LEG, LEAST_UPPER), (1.7, 2.0, LEAST_UPPER), (1.9, 2.2, LEAST_UPPER))
 """Heights, metres, between which upright lines are looked for, the whole and above furniture; and the least share."""
+CROWN = 3
+"""Pieces below the ceiling, of which LEAST_UPPER must be discontinuities on both sides of a door as high as the room:
+those of a lower one end below.
+"""
 UNSURE = 2.0
 """Pieces that are added to those seen of a side, so that a few that were seen count less than many."""
 
@@ -68,11 +74,12 @@ class Face:
 
 @dataclass(frozen=True, slots=True)
 class Rectangle:
-    """Left and right along the wall, top over its base, metres."""
+    """Left and right along the wall, top over its base, metres; ``whole`` if that is the wall's upper edge."""
 
     left: float
     right: float
     top: float
+    whole: bool = False
 
     @property
     def width(self) -> float:
@@ -101,24 +108,54 @@ def _face(image: Orthoimage, solid: NDArray[np.bool_]) -> Face:
     return Face(image, upright, level, support_of(upright), support_of(level), solid)
 
 
-def rectangles_on(faces: Sequence[Face]) -> list[Rectangle]:
-    """Candidates of a wall, best supported first."""
+def rectangles_on(faces: Sequence[Face]) -> tuple[list[Rectangle], list[Rectangle]]:
+    """Candidates of a wall, best supported first: those with a head, and those as high as the wall."""
     places = _upright_lines(faces)
     if len(places) < 2:
-        return []
+        return [], []
     left, right = (places[k] for k in np.triu_indices(len(places), 1))
     width = (right - left) * PIXEL
     fits = (width >= NARROWEST) & (width <= WIDEST)
     left, right = left[fits], right[fits]
     if not len(left):
-        return []
+        return [], []
+    tall = _tall_rectangles(faces, left, right)
     left, right, top, head = _with_heads(faces, left, right)
     score = np.max([_sides(face, left, right, top) for face in faces], axis=0)
     score = np.where(score > 0, score + head, 0)
+    return _best(faces, score, left, right, top), tall
+
+
+def _best(
+    faces: Sequence[Face],
+    score: NDArray[np.floating],
+    left: NDArray[np.int64],
+    right: NDArray[np.int64],
+    top: NDArray[np.int64],
+    *,
+    whole: bool = False,
+) -> list[Rectangle]:
+    """The rectangles with the best scores above 0; sides and tops (n,) in pixels."""
     order = np.argsort(-score, kind="stable")[: _most(MOST_RECTANGLES, faces)]
-    return [
-        Rectangle(float(left[i]) * PIXEL, float(right[i]) * PIXEL, float(top[i]) * PIXEL) for i in order if score[i] > 0
-    ]
+    sides = np.stack([left, right, top], 1)[order[score[order] > 0]].astype(np.float64) * PIXEL
+    return [Rectangle(a, b, c, whole) for a, b, c in sides.tolist()]
+
+
+def _tall_rectangles(faces: Sequence[Face], left: NDArray[np.int64], right: NDArray[np.int64]) -> list[Rectangle]:
+    """Rectangles as high as the wall: their sides are discontinuities up to the ceiling on one face."""
+    height = faces[0].heads.places
+    if not LOWEST <= height * PIXEL <= HIGHEST:
+        return []
+    top = np.full(len(left), height)
+    last = (top - 5) // BLOCK
+    score = np.zeros(len(left), np.float32)
+    for face in faces:
+        crowned = np.ones(len(left), bool)
+        for place in (left, right):
+            share, known = face.sides.share(place, last - CROWN, last)
+            crowned &= (share >= LEAST_UPPER) & (known > 0.5)
+        score = np.maximum(score, np.where(crowned, _sides(face, left, right, top), 0))
+    return _best(faces, score, left, right, top, whole=True)
 
 
 def _sides(face: Face, left: NDArray[np.int64], right: NDArray[np.int64], top: NDArray[np.int64]) -> F32:
@@ -190,11 +227,11 @@ def _with_heads(
 
 def candidates(faces: Sequence[Face]) -> list[Rectangle]:
     """The rectangles of a wall without those that are nearly the same as a better one."""
-    found = rectangles_on(faces)
-    if not found:
-        return []
-    sides = np.array([(box.left, box.right, box.top) for box in found])
-    return [found[k] for k in _distinct(sides, _most(MOST_DISTINCT, faces))]
+    out: list[Rectangle] = []
+    for found in rectangles_on(faces) if faces else ():
+        sides = np.array([(box.left, box.right, box.top) for box in found]).reshape(-1, 3)
+        out += [found[k] for k in _distinct(sides, _most(MOST_DISTINCT, faces))]
+    return out
 
 
 @nb.njit(cache=True, nogil=True)

@@ -75,7 +75,8 @@ class Features:
     above the head and beside. oversize: decimetres beyond usual widths and heights (against). double: 1 beyond the
     width of a single leaf. solid: the least of agree, whole, flank, dominant and lintel. lone: 1 where the other
     face was not seen; lone_agree, lone_recess: agree and recess there. onward: share of
-    the head's line that goes on beyond a side (against).
+    the head's line that goes on beyond a side (against). Of what is as high as the room the sides stand for the head,
+    the wall beside for that above, and its height is no oversize.
     """
 
     outline: float
@@ -139,11 +140,11 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
         max(e.through for e in ranked),
         best.dominant,
         best.whole,
-        max(e.lintel for e in ranked),
+        max(e.flank if box.whole else e.lintel for e in ranked),
         max(e.flank for e in ranked),
         _oversize(box),
         float(box.width > SINGLE[1]),
-        min(best.agree, best.whole, best.flank, best.dominant, best.lintel),
+        min(best.agree, best.whole, best.flank, best.dominant, best.flank if box.whole else best.lintel),
         lone,
         lone * best.agree,
         lone * min(behind, FLUSH) / FLUSH,
@@ -154,7 +155,7 @@ def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:
 def _oversize(box: Rectangle) -> float:
     low, high = SINGLE if box.width <= SINGLE[1] else DOUBLE
     wide = max(low - box.width, box.width - high, 0.0)
-    tall = max(HEIGHT[0] - box.top, box.top - HEIGHT[1], 0.0)
+    tall = 0.0 if box.whole else max(HEIGHT[0] - box.top, box.top - HEIGHT[1], 0.0)
     return (wide + tall) / 0.1
 
 
