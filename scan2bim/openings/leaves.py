@@ -28,7 +28,7 @@ UPRIGHT = 0.4
 LEAST = 0.55
 """Share of a leaf's length that must be upright: furniture hides the rest."""
 BEYOND = 0.35
-"""Distance beyond a leaf's end, metres, over which it must not go on."""
+"""Distance beyond a leaf's end, metres, over which it must not go on, upright as it is: furniture may stand there."""
 FEWEST = 20
 """Surfels by which a leaf's direction is fitted."""
 WORST_TURN = np.radians(12)
@@ -136,6 +136,15 @@ def _by_angle(u, v):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
+def _upright(filled):  # pyright: ignore
+    """Over how many steps (s, h) enough heights are filled."""
+    count = 0
+    for step in range(filled.shape[0]):
+        count += filled[step].sum() >= UPRIGHT * filled.shape[1]
+    return count
+
+
+@nb.njit(cache=True, nogil=True)
 def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
     """Largest share of a leaf's ``length`` that is upright, and its angle; u runs from the hinge to the other jamb, v
     to the side that the leaf swings to.
@@ -149,7 +158,7 @@ def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
     best = 0.0
     best_angle = 0.0
     filled = np.zeros((steps, heights), np.bool_)
-    beyond = np.zeros(6, np.bool_)
+    beyond = np.zeros((6, heights), np.bool_)
     above = np.zeros(steps + 2, np.bool_)
     first, rows = _by_angle(u, v)
     for number in range(ANGLES.shape[0]):
@@ -165,13 +174,10 @@ def _best_angle(u, v, up, u_above, v_above, length):  # pyright: ignore
                 height = int((up[i] - LOWEST) / TALL)
                 if 0 <= step < steps and height < heights:
                     filled[step, height] = True
-                if length + 0.08 < along < length + 0.33:
-                    beyond[int((along - length - 0.08) / STEP)] = True
-        share = 0.0
-        for step in range(steps):
-            if filled[step].sum() >= UPRIGHT * heights:
-                share += 1.0 / steps
-        if share <= max(best, LEAST) or beyond.sum() >= 3:
+                if length + 0.08 < along < length + 0.33 and height < heights:
+                    beyond[int((along - length - 0.08) / STEP), height] = True
+        share = _upright(filled) / steps
+        if share <= max(best, LEAST) or _upright(beyond) >= 3:
             continue
         above[:] = False
         for i in range(u_above.shape[0]):

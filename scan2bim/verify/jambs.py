@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scan2bim.verify.detected import Detected
 from scan2bim.verify.fits import robust_plane
-from scan2bim.verify.outlines import BESIDE, ON, Outline, Side
+from scan2bim.verify.outlines import BESIDE, LINING, ON, Outline, Side
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.status import Surface
 
@@ -91,7 +91,10 @@ def outline_change(outline: Outline, tolerance: float, detected: float | None) -
         return Change(0.0, 0.0)
     if start and end:
         return Change((start - end) / 2, -(start + end))
-    hidden = min(max(outline.end.place if start else outline.start.place, -FRAME), FRAME)
+    other = outline.end if start else outline.start
+    # Where no wall was seen near a drawn side, a frame flush with it may yet be.
+    hides = other.built if other.place < -FRAME and other.built else other.place
+    hidden = min(max(hides, -FRAME), FRAME)
     change = start + end - hidden
     return Change((change if start else -change) / 2, -change) if abs(change) > tolerance else Change(0.0, 0.0)
 
@@ -149,5 +152,8 @@ def detected_change(gap: Gap, found: Detected | None) -> Change:
     if found is None:
         return Change(None, None)
     shift, width = float((found.middle[:2] - gap.middle[:2]) @ gap.along), found.width - gap.width
+    near, far = sorted((width / 2 - shift, width / 2 + shift), key=abs)  # metres outwards of the drawn sides
+    if found.tells_place and far > 2 * LINING and abs(near) < LINING:
+        return Change(float(np.copysign(far / 2, shift)), far)
     moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.tells_place
     return Change(shift if moved else 0.0, 0.0)

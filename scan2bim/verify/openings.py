@@ -186,8 +186,26 @@ def _outline(context: OpeningContext, number: int, found: Detected | None) -> Ou
         outline = find_outline(context.profiles, number, faces, [0.0, aside], sides)
     if outline is None:
         return None
-    start, end = (_looked(context, number, side, sign) for side, sign in ((outline.start, -1), (outline.end, 1)))
+    sides = ((outline.start, -1), (outline.end, 1))
+    start, end = (_looked(context, number, _confirmed(context, number, side, sign), sign) for side, sign in sides)
     return replace(outline, start=start, end=end)
+
+
+def _confirmed(context: OpeningContext, number: int, side: JambSide, sign: int) -> JambSide:
+    """The side at the start (``sign`` -1) or end of an opening; as drawn if a detected one alone brings it in, where no
+    wall was seen to go on: what stands before an opening hides a part of it.
+    """
+    if not side.detected or side.wall <= 0.0:
+        return side
+    gap, surface = context.gaps[number], context.surface
+    cells = context.cells_of(context.patches[number])
+    inwards = gap.width / 2 - sign * ((surface.table.centres(cells) - gap.middle)[:, :2] @ gap.along)
+    strip = cells[(inwards > 0) & (inwards < side.wall)]
+    faces = surface.table.cell_face[strip]
+    shown = [_side(surface, strip[faces == face]) for face in np.unique(faces)]
+    if any(part.seen >= SEEN and part.flush >= CLOSED_UP for part in shown):
+        return side
+    return JambSide(0.0, 0.0, 0.0, hollow=False)
 
 
 def _looked(context: OpeningContext, number: int, side: JambSide, sign: int) -> JambSide:
@@ -289,7 +307,8 @@ def _status(opening: OpeningResult, sides: Sequence[Side]) -> tuple[Status, str]
         case "moved":
             return "out_of_tolerance", f"It was built {1000 * abs(opening.shift_along or 0):.0f} mm aside."
         case "resized":
-            return "out_of_tolerance", f"It was built {1000 * (opening.width_change or 0):+.0f} mm wider than drawn."
+            change = 1000 * (opening.width_change or 0)
+            return "out_of_tolerance", f"It was built {abs(change):.0f} mm {_than(change)} than drawn."
         case "matched" | "other_swing":
             status: Status = "out_of_tolerance" if opening.other_swing else "in_tolerance"
             return status, "The scans show it where it is drawn."
@@ -298,6 +317,10 @@ def _status(opening: OpeningResult, sides: Sequence[Side]) -> tuple[Status, str]
             if blocked > 0.3:
                 return "occluded", f"Something stood before {100 * blocked:.0f} % of it."
             return "not_enough_data", "Too little of it was seen."
+
+
+def _than(change: float) -> str:
+    return "wider" if change > 0 else "narrower"
 
 
 def _result(

@@ -62,6 +62,10 @@ FLUSH = 0.012
 LINED = 0.06
 """Metres outwards of it, or around where a side was detected, in which a reveal is looked for: linings may be flush
 with the wall."""
+NARROWEST = 0.3
+"""Width, metres, of the narrowest opening: what is left between wall that seems to go on from both sides is a gap in a
+leaf flush with it.
+"""
 PEAK = 6
 """Bins in which the first crowd of points inside a wall is looked for where they begin."""
 
@@ -70,7 +74,8 @@ PEAK = 6
 class Side:
     """Where a side of an opening lies, metres inwards of the drawn one: between the last of the wall and the first of
     what is inside the wall; trims keep them apart. built: over how many metres from the drawn side inwards wall goes
-    on. hollow: whether points were seen inside the wall outwards of the drawn side.
+    on. hollow: whether points were seen inside the wall outwards of the drawn side. detected: whether a detected
+    opening alone tells it.
     """
 
     wall: float
@@ -78,6 +83,7 @@ class Side:
     built: float
     hollow: bool
     reveal: float | None = None
+    detected: bool = False
 
     @property
     def place(self) -> float:
@@ -186,6 +192,7 @@ def find_outline(
     if not found and detected is not None:
         told = (_told(bins.reversed(), gap.width, detected[0]), _told(bins, gap.width, detected[1]))
         found = [Outline(start or told[0], end or told[1], weight) for start, end, weight in sides if start or end]
+    found = [outline for outline in found if outline.start.place + outline.end.place < gap.width - NARROWEST]
     return max(found, key=lambda o: o.weight, default=None)
 
 
@@ -205,7 +212,7 @@ def _told(bins: Bins, width: float, inwards: float) -> Side:
     seen = _reveal(bins, about - reach, about + reach)
     place = inwards if seen is None else (drawn - seen) * BIN
     hollow = inwards < -(2 * LINING if seen is None else LINING)
-    return Side(place, place, place, hollow, None if seen is None else place)
+    return Side(place, place, place, hollow, None if seen is None else place, detected=seen is None)
 
 
 def find_extent(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[float, float] | None:
@@ -289,11 +296,12 @@ def _side(bins: Bins, place: int, width: float) -> Side | None:
     reveal = place + round(ON / BIN)  # near the faces a reveal's points lie on them, too
     mass = np.cumsum(inside[max(place - strip, 0) : reveal][::-1])
     begin = int(np.searchsorted(mass, INSIDE * mass[-1])) if len(mass) and mass[-1] >= LEAST else reveal - place
-    built = _unbroken(bins.solid[: round(drawn)][::-1])
+    built = _unbroken(bins.solid[: round(drawn)][::-1]) * BIN
+    built = built if built < width - NARROWEST else 0.0  # a leaf flush with the wall on both faces tells no side
     hollow = float(inside[round(drawn + ON / BIN) : reveal].sum()) >= LEAST
     seen = _reveal(bins, place - round(FLUSH / BIN), place + round(LINED / BIN))
     told = None if seen is None else (drawn - seen) * BIN
-    return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built * BIN, hollow, told)
+    return Side((drawn - place) * BIN, (drawn - reveal + begin) * BIN, built, hollow, told)
 
 
 def _reveal(bins: Bins, first: int, last: int) -> float | None:

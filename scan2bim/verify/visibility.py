@@ -25,6 +25,8 @@ FARTHEST = 25.0
 """Metres from which on a station is not asked: its points are sparse there."""
 STEEPEST = 0.12
 """Cosine of the angle between ray and normal below which a face is seen edge-on and ranges say nothing of it."""
+STEEP = 0.3
+"""The same, below which a range at a face is no sign of it: it may be of anything along 15 cm of the ray."""
 MARGIN = 0.05
 """Half-width, metres across the face, of "saw it": of a panorama's cell and of what is within reach of points."""
 THROUGH = 0.05
@@ -201,5 +203,5 @@ def _ask(cells, cell_face, cell_at, faces, position, drawn, ranges, bits):  # py
             bits[i] |= LOOKED_THROUGH
         elif r < d - MARGIN / cosine:
             bits[i] |= BLOCKED
-        else:
+        elif cosine > STEEP:
             bits[i] |= SAW

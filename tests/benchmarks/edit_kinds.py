@@ -24,7 +24,8 @@ LEAST_PLAN = 1.5
 @dataclass(frozen=True, slots=True, eq=False)
 class Edit:
     """A change: kind, GlobalId of the element, host (of a door), size (m or radians), extent of what deviates (m), box
-    (2, 3) of what is no longer drawn, and rectangles (corner, two edges: (3, 3)) of what is drawn and was not built.
+    (2, 3) of what is no longer drawn, rectangles (corner, two edges: (3, 3)) of what is drawn and was not built, and
+    strips of a wall, each on both faces, between an opening's sides as drawn and as built.
     """
 
     guid: str
@@ -34,6 +35,7 @@ class Edit:
     host: str = ""
     box: F64 | None = None
     rectangles: tuple[F64, ...] = ()
+    strips: tuple[tuple[F64, F64], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,12 +165,11 @@ def add_wall(subject: Subject) -> Edit:
     size = float(subject.rng.uniform(0.6, 0.9)) * subject.either()
     copy = _copied(subject.file, subject.product)
     _move(subject.file, copy, _shifted(across * size))
-    return Edit(copy.GlobalId, abs(size), abs(size), rectangles=_sides(subject.points + across * size))
+    return Edit(copy.GlobalId, abs(size), abs(size), rectangles=_sides(subject.points + across * size, along))
 
 
-def _sides(points: F64) -> tuple[F64, F64]:
-    """The two upright long sides of the box of a body (v, 3) along its main direction: corner and edges."""
-    along = _along(points)
+def _sides(points: F64, along: F64) -> tuple[F64, F64]:
+    """The two upright sides of the box of a body (v, 3) along a direction (2,): corner and edges."""
     across = np.array([-along[1], along[0]])
     a, b = points[:, :2] @ along, points[:, :2] @ across
     low, high = points[:, 2].min(), points[:, 2].max()
@@ -189,17 +190,19 @@ def _copied(file: Any, product: Any) -> Any:
 
 
 def lower_slab(subject: Subject) -> Edit | None:
-    """By 20 to 100 mm, where the scans show more than its edges, and no other slab lies under it: a finish drawn into
-    its screed cannot be told.
+    """By 20 to 100 mm, where the scans show more than its edges, and no other slab or ceiling lies under it or in its
+    place: a finish drawn into its screed cannot be told, and what is drawn twice is still there.
     """
     if subject.seen.plan_area(subject.product.GlobalId) < LEAST_PLAN:
         return None
     size = float(subject.rng.uniform(0.020, 0.100))
     low, high = _box(subject.points)
-    others = [subject.bodies[s.GlobalId] for s in subject.file.by_type("IfcSlab") if s.GlobalId in subject.bodies]
+    level = [*subject.file.by_type("IfcSlab"), *subject.file.by_type("IfcCovering")]
+    others = [subject.bodies[s.GlobalId] for s in level if s.GlobalId in subject.bodies]
     for other in (_box(o) for o in others if o is not subject.points):
         under = low[2] - 0.15 < other[1, 2] < high[2]
-        if under and (np.minimum(high, other[1])[:2] > np.maximum(low, other[0])[:2] + 0.1).all():
+        twice = abs(other[0, 2] - low[2]) < 0.05
+        if (under or twice) and (np.minimum(high, other[1])[:2] > np.maximum(low, other[0])[:2] + 0.1).all():
             return None
     _move(subject.file, subject.product, _shifted(np.array([0.0, 0.0, -size])))
     return Edit(subject.product.GlobalId, size, size)
@@ -225,7 +228,7 @@ def add_column(subject: Subject) -> Edit | None:
     for relation in subject.product.ContainedInStructure:
         relation.RelatedElements = [*relation.RelatedElements, column]
     corners = np.array([[x, y, z] for x in ends[:, 0] for y in ends[:, 1] for z in ends[:, 2]])
-    return Edit(column.GlobalId, 0.0, 1.0, rectangles=_sides(corners))
+    return Edit(column.GlobalId, 0.0, 1.0, rectangles=_sides(corners, np.array([1.0, 0.0])))
 
 
 def _extruded(file: Any, context: Any, motion: F64, size: tuple[float, float, float]) -> Any:
@@ -254,7 +257,8 @@ def move_door(subject: Subject) -> Edit | None:
     _move(subject.file, opening, motion)
     if not hangs:
         _move(subject.file, door, motion)
-    return Edit(door.GlobalId, abs(size), abs(size))
+    strips = tuple(_strip(subject, opening, wall, side, size) for side in (-1.0, 1.0))
+    return Edit(door.GlobalId, abs(size), abs(size), strips=strips)
 
 
 def _hosted(door: Any) -> tuple[Any, Any, Any]:
@@ -310,7 +314,7 @@ def resize_door(subject: Subject) -> Edit | None:
     box = (width, float(np.ptp(b)), float(np.ptp(hole[:, 2])))
     opening.Representation = _extruded(subject.file, context, local, box)
     door.OverallWidth = width / scale
-    return Edit(door.GlobalId, abs(size), abs(size))
+    return Edit(door.GlobalId, abs(size), abs(size), strips=(_strip(subject, opening, wall, side, side * size),))
 
 
 def add_door(subject: Subject) -> Edit | None:
@@ -342,7 +346,20 @@ def _faces_of(subject: Subject, hole: F64, wall: Any) -> tuple[F64, F64]:
     across = np.array([-along[1], along[0]])
     a, b = hole[:, :2] @ along, body[:, :2] @ across
     ends = [[*(along * x + across * y), z] for x in a for y in (b.min(), b.max()) for z in hole[:, 2]]
-    return _sides(np.array(ends))
+    return _sides(np.array(ends), along)
+
+
+def _strip(subject: Subject, opening: Any, wall: Any, side: float, by: float) -> tuple[F64, F64]:
+    """What lies, on both faces of the wall, between the ``side`` (-1 or 1) of an opening and where it is drawn, ``by``
+    metres along the wall beside it.
+    """
+    along = _along(subject.bodies[wall.GlobalId])
+    hole = subject.bodies[opening.GlobalId]
+    edge = side * float((side * (hole[:, :2] @ along)).max())
+    across = np.array([-along[1], along[0]])
+    middle = across * float((hole[:, :2] @ across).mean())
+    corners = [[*(along * x + middle), z] for x in (edge, edge + by) for z in (hole[:, 2].min(), hole[:, 2].max())]
+    return _faces_of(subject, np.array(corners), wall)
 
 
 def delete_door(subject: Subject) -> Edit:

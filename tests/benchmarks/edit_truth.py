@@ -20,6 +20,8 @@ CELL = 0.10
 """Edge of the cells of a rectangle that rays or points are counted in, metres."""
 NEAR = 0.02
 """Metres from a rectangle within which points lie on it."""
+BEHIND = 0.1
+"""Metres behind a rectangle from which on a ray went through it."""
 PLY_TYPES = {"double": "<f8", "float": "<f4", "uchar": "u1", "ushort": "<u2", "int": "<i4"}
 
 
@@ -63,8 +65,10 @@ class Seen:
             d["guid"] for d in doors if d["angle"] >= math.degrees(OPENED) and difference(drawn[d["guid"]], _hung(d))
         }
 
-    def crossed(self, rectangle: F64) -> float:
-        """Share of the cells of a rectangle (corner and two edges, (3, 3)) that rays to points behind went through."""
+    def crossed(self, rectangle: F64, behind: float = BEHIND) -> float:
+        """Share of the cells of a rectangle (corner and two edges, (3, 3)) that rays to points more than ``behind``
+        metres behind it went through.
+        """
         corner, u, v = rectangle[0] - self.origin, rectangle[1], rectangle[2]
         normal = np.cross(u, v)
         normal /= np.linalg.norm(normal)
@@ -76,11 +80,15 @@ class Seen:
                 continue
             ends = self.points[self.scan == number]
             beyond = -np.sign(height) * ((ends - corner.astype(np.float32)) @ normal.astype(np.float32))
-            ends = ends[beyond > 5 * NEAR].astype(np.float64)
-            share = abs(height) / (abs(height) + beyond[beyond > 5 * NEAR])
+            ends = ends[beyond > behind].astype(np.float64)
+            share = abs(height) / (abs(height) + beyond[beyond > behind])
             place = station + (ends - station) * share[:, None] - corner
             _mark(place, u, v, hit)
         return float(hit.mean())
+
+    def reached(self, rectangle: F64) -> float:
+        """Share of the cells of a rectangle that rays came to: they end on it or go on."""
+        return self.crossed(rectangle, -NEAR)
 
     def covered(self, rectangle: F64) -> float:
         """Share of the cells of a rectangle that points lie on."""

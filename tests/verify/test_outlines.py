@@ -8,7 +8,7 @@ import pytest
 from scan2bim.cloud.tiles import POINT, STEPS, TILE
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.jambs import Change, outline_change
-from scan2bim.verify.outlines import Profiles, find_outline
+from scan2bim.verify.outlines import Outline, Profiles, find_outline
 from scan2bim.verify.patches import Gap
 
 WIDTH, HEIGHT, HALF = 0.9, 2.0, 0.06
@@ -30,15 +30,24 @@ def scanned(start: float, end: float, frame: float = 0.0) -> np.ndarray:
 
 
 def change(start: float, end: float, frame: float = 0.0, more: np.ndarray | None = None) -> Change:
+    outline = found(
+        seen(scanned(start, end, frame) if more is None else np.concatenate([scanned(start, end, frame), more]))
+    )
+    assert outline is not None
+    return outline_change(outline, 0.01, None)
+
+
+def seen(points: np.ndarray) -> Profiles:
     profiles = Profiles([GAP])
-    points = scanned(start, end, frame) if more is None else np.concatenate([scanned(start, end, frame), more])
     records = np.zeros(len(points), POINT)
     for axis, name in enumerate("xyz"):
         records[name] = points[:, axis] / TILE * STEPS
     profiles(Owned(np.zeros(3), records, np.zeros(len(points), np.int32)))
-    outline = find_outline(profiles, 0, (np.array([-HALF, 0.0]), np.array([HALF, 0.0])), [0.0], None)
-    assert outline is not None
-    return outline_change(outline, 0.01, None)
+    return profiles
+
+
+def found(profiles: Profiles) -> Outline | None:
+    return find_outline(profiles, 0, (np.array([-HALF, 0.0]), np.array([HALF, 0.0])), [0.0], None)
 
 
 @pytest.mark.parametrize("frame", [0.0, 0.04])
@@ -93,3 +102,7 @@ def test_an_opening_with_a_lining_flush_with_one_face_is_told_to_its_reveal() ->
     inner = np.column_stack([np.full(8000, end - lining), depth, up])
     told = change(-WIDTH / 2, end, more=np.concatenate([front, inner]) + GAP.middle)
     assert told.width == pytest.approx(wider, abs=0.003)
+
+
+def test_a_gap_in_a_leaf_flush_with_both_faces_is_no_opening() -> None:
+    assert found(seen(scanned(-0.02, 0.02))) is None
