@@ -125,6 +125,7 @@ def openings_of(
             images = [face.image for face in faces]
             hung = [with_lining(with_leaf(o, near.wall, scene.surfels, index), images) for o in seen]
             hung = [with_frame(with_pane(o, near.wall, faces), near.wall, faces, near.points) for o in hung]
+            hung = [with_found_leaf(o, near.wall, scene.surfels, index) for o in hung]
             found += [*hung, *closed_openings(near.storey, near.place, near.wall, faces, near.points)]
     walls = [storey.walls for storey in structure.storeys]
     return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]
@@ -219,6 +220,14 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     if opening.width > WIDEST_LEAF and not opening.glazed:
         return replace(opening, kind="passage", state="unknown")
     return opening
+
+
+def with_found_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: PlanIndex) -> OpeningShape:
+    """An open door of which no leaf was found with the one that hangs on its sides as its frame has told them since."""
+    if opening.kind != "door" or opening.state != "open" or opening.angle is not None:
+        return opening
+    seen = with_leaf(opening, wall, surfels, index)
+    return opening if seen.angle is None else seen
 
 
 def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) -> list[OpeningShape]:

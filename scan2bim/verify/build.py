@@ -41,6 +41,12 @@ class Source:
     shift: tuple[float, float, float]
 
 
+UNASKED = (
+    "No scanner positions are known (merged clouds lose them): what was not measured is told as not enough data, "
+    "and no element as missing or occluded. The single scans, as E57 or PTX, keep them."
+)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """The report, and what pictures, clouds and copies of the model are made from."""
@@ -80,8 +86,9 @@ def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -
     )
     looked = Looked(model, planes, table, placement, measured.count)
     bits = _seen(inputs, looked, frozenset(), lambda s: progress(0.7 + 0.2 * s))
+    known = bool(np.isfinite(stations[~placement.ignored]).any())
     beyond = areas_of([plane for plane in every if not near[plane.element]], len(model.elements))
-    surface = Surface(table, measured, bits, reveals(model, table, placement, anchor), beyond)
+    surface = Surface(table, measured, bits, reveals(model, table, placement, anchor), beyond, known)
     source = Source(inputs.scan_folders, stations, inputs.frame.shift)
     return _judged(inputs, settings, Seen(model, planes, profiles, surface, placement, anchor, unexplained, source))
 
@@ -127,6 +134,7 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         placing=seen.placement.told,
         elements=(*results, *fills, *_others(model, settings)),
         additions=(*added_openings(context, elements, matched, to_model), *additions),
+        notes=() if surface.asked else (UNASKED,),
     )
     return Found(report, model, surface, seen.placement, seen.anchor, seen.source)
 

@@ -53,7 +53,7 @@ class Surface:
 
     bits as in ``visibility``; reveal: it lines an opening, so that frames hide it and it counts for the opening;
     is_measured: it has enough points. beyond: square metres (e,) of elements that lie beyond what the scans reach, of
-    which there are no cells.
+    which there are no cells. asked: whether the position of any station is known, so that it can be asked.
     """
 
     table: FaceTable
@@ -61,6 +61,7 @@ class Surface:
     bits: NDArray[np.uint8]
     reveal: Mask
     beyond: F64
+    asked: bool
     is_measured: Mask = field(init=False)
 
     def __post_init__(self) -> None:
@@ -145,6 +146,11 @@ def _judged(
     enough = own_area >= max(0.005, LEAST_COVERAGE * visible_area, min(ENOUGH, 0.2 * visible_area))
     gone = through_area / max(through_area + saw_area, 1e-9) if through_area >= LEAST_HOLE else 0.0
     status, reason = _status(stats, motion, faces, tolerance, enough, gone, areas)
+    if status == "occluded" and not surface.asked:
+        status, reason = (
+            "not_enough_data",
+            "Too little of it was measured, and no scanner's position is known to tell why.",
+        )
     kept = stats if enough and stats else None
     return base.model_copy(
         update={

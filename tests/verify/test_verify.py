@@ -219,5 +219,21 @@ def test_a_model_drawn_elsewhere_is_aligned(scans: Path) -> None:
     assert element(report, "middle wall").status == "in_tolerance"
 
 
+def test_a_merged_cloud_tells_deviations_and_what_it_cannot_tell(tmp_path: Path) -> None:
+    cloud = tmp_path / "merged.ply"
+    points = scanned(SCENE).points().astype("<f8")
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+    cloud.write_bytes(
+        (head + "".join(f"property double {c}\n" for c in "xyz") + "end_header\n").encode() + points.tobytes()
+    )
+    model = draw(truth_of(SCENE), tmp_path / "model.ifc", {"middle wall": Change(left=0.03)})
+    main(["verify", str(model), str(cloud), "-o", str(tmp_path / "out"), "--tolerance", "10mm", "--quiet"])
+    report = load_report(tmp_path / "out" / "report.json")
+    assert element(report, "middle wall").status == "out_of_tolerance"
+    assert element(report, "outer wall 1").status == "in_tolerance"
+    assert not {"occluded", "missing"} & {e.status for e in report.elements if e.opening is None}
+    assert any("scanner positions" in note for note in report.notes)
+
+
 def test_the_scene_is_scanned_from_two_stations() -> None:
     assert len(scanned(SCENE).sweeps) == 2
