@@ -80,6 +80,7 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
     """
     from scan2bim.exporters.registry import write_outputs
 
+    ensure_numba_cache(request.work / "numba")
     with RunLog() as log:
         scans = checked_inputs(request)
         earlier = earlier_model(request)
@@ -138,7 +139,6 @@ class Run:
         self.reporter.message(
             f"{several(len(scans.scans), 'scan')}, {several(scans.points, 'point')}; work folder {self.work.root}"
         )
-        ensure_numba_cache(self.work.root / "numba")
         self.jobs = choose_jobs(self.request.jobs, scans)
         _, disk = memory_and_disk(scans, self.jobs)
         if disk > (free := free_disk(self.work.root)):

@@ -11,6 +11,7 @@ from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.config import UNITS, Settings
 from scan2bim.errors import PrecheckError
 from scan2bim.estimate import Estimate, choose_jobs, free_disk, memory_and_disk, read_seconds, stage_seconds
+from scan2bim.numbacache import ensure_numba_cache
 from scan2bim.scans import Scan, ScanSet, gather
 from scan2bim.stages import EXPORT, READ, STAGES, SURVEY, later_keys, stages_from, survey_key
 from scan2bim.workfolder import WorkFolder
@@ -63,6 +64,7 @@ def plan(request: Request) -> Plan:
 
     Raises what ``convert`` would raise before its work.
     """
+    ensure_numba_cache()
     scans = checked_inputs(request)
     jobs = choose_jobs(request.jobs, scans)
     work = WorkFolder(request.work)
@@ -77,6 +79,7 @@ def look(paths: Sequence[Path], settings: Settings) -> tuple[InputReport, tuple[
 
     Raises InputError where no file can be read.
     """
+    ensure_numba_cache()
     from scan2bim.readers.info import Cost, describe, survey
     from scan2bim.structure.frame import find_frame
 

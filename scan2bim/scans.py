@@ -56,7 +56,7 @@ def gather(paths: Sequence[Path | str], keep_going: bool) -> ScanSet:
 
     Raises InputError that names every file that cannot be read; with ``keep_going`` only where none can.
     """
-    from scan2bim.numbacache import load_without_compiler
+    from scan2bim.numbaload import load_without_compiler
     from scan2bim.readers import find_inputs, one_a_kind
 
     load_without_compiler()

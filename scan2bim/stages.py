@@ -138,7 +138,7 @@ def run_read(task: ReadTask, progress: Progress) -> None:
     from scan2bim.allocator import keep_chunks
     from scan2bim.cloud.frame import SurveyFrame
     from scan2bim.cloud.ingest import ingest_scan
-    from scan2bim.numbacache import load_without_compiler
+    from scan2bim.numbaload import load_without_compiler
     from scan2bim.readers import read_chunks
 
     keep_chunks()

@@ -48,6 +48,7 @@ def plan_survey(request: SurveyRequest, reporter: Reporter) -> SurveyPlan:
 
     Raises UsageError, InputError, PrecheckError, StageError or ResourceError.
     """
+    ensure_numba_cache(request.scans.work / "numba")
     from scan2bim.cloud.scene import load_scene
     from scan2bim.coverage.next_scan import plan_scans
 
@@ -55,7 +56,6 @@ def plan_survey(request: SurveyRequest, reporter: Reporter) -> SurveyPlan:
         log.open(work.root / "log.txt")
         run = Run(request.scans, reporter, work)
         if request.kept:
-            ensure_numba_cache(work.root / "numba")
             building, folders = kept_results(work.root)
         else:
             scans = gather(request.scans.inputs, request.scans.keep_going)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from scan2bim.errors import PrecheckError, StageError
 from scan2bim.logs import RunLog
+from scan2bim.numbacache import ensure_numba_cache
 from scan2bim.pipeline import Run, tell_headers
 from scan2bim.planning import Request, StageRun
 from scan2bim.progress import Reporter
@@ -62,6 +63,7 @@ def verify(request: VerifyRequest, reporter: Reporter) -> Verified:
     """
     from scan2bim.ifcfile import open_ifc
 
+    ensure_numba_cache(request.scans.work / "numba")
     with RunLog() as log:
         open_ifc(request.model)
         scans = gather(request.scans.inputs, request.scans.keep_going)

@@ -23,7 +23,18 @@ LAYER_OF_MODULE = {
     "errors": "errors",
     "config": "config",
     **dict.fromkeys(
-        ("progress", "workfolder", "guard", "logs", "numbacache", "absent", "allocator", "parallel", "ifcfile"),
+        (
+            "progress",
+            "workfolder",
+            "guard",
+            "logs",
+            "numbacache",
+            "numbaload",
+            "absent",
+            "allocator",
+            "parallel",
+            "ifcfile",
+        ),
         "support",
     ),
     **dict.fromkeys(

@@ -5,19 +5,25 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
 from scan2bim import doctor, numbacache
 from scan2bim.cli import main
 from scan2bim.doctor import Check, Need
+from scan2bim.errors import UsageError
 from scan2bim.geometry import raycasting
 from scan2bim.geometry.raycasting import LIBRARIES, MissingLibraryError, load_open3d
+from scan2bim.pipeline import convert
+from scan2bim.planning import Request
+from scan2bim.progress import Reporter
+from scan2bim.views import make_view
 
 
 def test_every_declared_package_is_looked_at() -> None:
@@ -111,8 +117,31 @@ def test_the_place_of_numbas_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert numbacache.numba_cache_folder() is None
     assert doctor.check_numba_cache().state == "remark"
     monkeypatch.setenv(numbacache.VARIABLE, "")
-    assert numbacache.ensure_numba_cache(tmp_path) == tmp_path
-    assert os.environ[numbacache.VARIABLE] == str(tmp_path)
+    passing = numbacache.ensure_numba_cache(tmp_path)
+    assert passing.is_dir()
+    assert passing != tmp_path
+    monkeypatch.setattr(os, "access", lambda path, mode: str(path).startswith(str(tmp_path)))
+    assert numbacache.ensure_numba_cache(tmp_path / "numba") == tmp_path / "numba"
+    assert os.environ[numbacache.VARIABLE] == str(tmp_path / "numba")
+
+
+@pytest.mark.parametrize("command", ["convert", "info", "verify", "next_scan"])
+def test_commands_do_not_load_numba_before_it_has_its_place(command: str) -> None:
+    code = f"import sys, scan2bim.commands.{command}; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_conversion_gives_numba_its_place_before_it_reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Path | None] = []
+
+    def refuse(request: Request) -> NoReturn:
+        assert asked == [request.work / "numba"]
+        raise UsageError("refused")
+
+    monkeypatch.setattr("scan2bim.pipeline.ensure_numba_cache", asked.append)
+    monkeypatch.setattr("scan2bim.pipeline.checked_inputs", refuse)
+    with pytest.raises(UsageError, match="refused"):
+        convert(Request((), (), tmp_path, "x"), Reporter(make_view("quiet")))
 
 
 def test_little_disk_is_a_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
