@@ -15,11 +15,13 @@ from pydantic import TypeAdapter
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.cloud.panorama import Panorama, add_hits, add_misses, edge_for
 from scan2bim.cloud.scan import Chunk, ScanHeader
-from scan2bim.cloud.tiles import TileWriter
+from scan2bim.cloud.tiles import SAMPLE, TileWriter
 from scan2bim.config import ReadSettings
 
 PANORAMA = "panorama.npy"
 """Name of the file with a scan's panorama."""
+SPARSE, ENOUGH = 8, 60_000
+"""The sample of a scan holds one point in SPARSE, or more where those are fewer than ENOUGH."""
 MOST_LAYERED = 0.3
 """Share of points that lie behind each other as seen from the scan's pose, above which the pose is not where they were
 scanned from. Scans have a few percent (edges, panes), merged clouds more than half."""
@@ -91,8 +93,8 @@ def ingest_scan(
     settings: ReadSettings,
     progress: Progress,
 ) -> None:
-    """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, summary.json and, with a pose,
-    panorama.npy.
+    """Read one scan once, in chunks, into ``folder``: points.bin, runs.npy, the same of some points in a folder
+    below, summary.json and, with a pose, panorama.npy.
     """
     matrix, offset = frame.of_scan(header)
     position = None if header.pose is None else frame.position_of(header)
@@ -100,7 +102,9 @@ def ingest_scan(
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     kept = dropped = layered = 0
     per_source = np.zeros(len(header.sources), np.int64)
-    with TileWriter(folder, header.path) as writer:
+    step = max(1, min(SPARSE, header.points // ENOUGH))
+    (folder / SAMPLE).mkdir()
+    with TileWriter(folder, header.path) as writer, TileWriter(folder / SAMPLE, header.path) as sample:
         for chunk in chunks:
             local, bounds = _transform(chunk.xyz, matrix, offset)
             dropped += chunk.dropped
@@ -109,7 +113,9 @@ def ingest_scan(
                 low, high = np.minimum(low, bounds[0]), np.maximum(high, bounds[1])
                 order = source_order(chunk, header)
                 per_source += np.bincount(order, minlength=len(per_source))[: len(per_source)]
-                writer.add(local, _colour(chunk), _grey(chunk), (order + station).astype(np.uint16))
+                points = local, _colour(chunk), _grey(chunk), (order + station).astype(np.uint16)
+                writer.add(*points)
+                sample.add(*(np.ascontiguousarray(values[::step]) for values in points))
                 if ranges is not None and position is not None:
                     layered += add_hits(local, position.astype(np.float32), ranges)
             if ranges is not None and chunk.misses is not None:

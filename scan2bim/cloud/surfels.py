@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.ingest import load_panoramas, load_stations
 from scan2bim.cloud.lattice import Lattice
 from scan2bim.cloud.panorama import agreement
-from scan2bim.cloud.tiles import STEPS, TILE, TileIndex, tile_runs
+from scan2bim.cloud.tiles import SAMPLE, STEPS, TILE, TileIndex, tile_runs
 from scan2bim.config import SurfelSettings
 
 PLAN = 0.05
@@ -45,8 +45,6 @@ PART = np.dtype(
 """What one tile holds of a voxel: the voxel's place in the lattice, means of ``count`` points, the station that has
 most of them and how many it has (``seen``), and whether the voxel reaches over the tile's side (``cut``).
 """
-ROUGH = 1_000_000
-"""Points that suffice to see how a building's walls lie."""
 TRUST = 0.5
 """Share of its neighbourhood that must agree with a trusted surfel: half, as for the edge of a surface."""
 
@@ -113,24 +111,28 @@ def make_surfels(
             merged["trusted"] = agreement(merged["xyz"], merged["station"], panoramas) >= TRUST
             merged.tofile(file)
 
-        for parts, share in _tile_parts(scan_folders, lattice, 1):
+        indices = [TileIndex.load(f) for f in scan_folders]
+        for parts, share in _tile_parts(indices, load_stations(scan_folders), lattice, 1):
             cut.append(parts[parts["cut"]])
             write(parts[~parts["cut"]])
             progress(share)
         write(_put_together(np.concatenate(cut)))
 
 
-def rough_surfels(scan_folders: Sequence[Path], lattice: Lattice) -> Surfels:
-    """Surfels of some of the points, in pieces at the sides of tiles, none judged, in memory."""
-    points = sum(int(TileIndex.load(f).runs["count"].sum()) for f in scan_folders)
-    merged = [_surfels_of(parts) for parts, _ in _tile_parts(scan_folders, lattice, max(1, points // ROUGH))]
+def rough_surfels(scan_folders: Sequence[Path], lattice: Lattice, points: int) -> Surfels:
+    """Surfels of about so many points, in pieces at the sides of tiles, none judged, in memory."""
+    samples = [TileIndex.load(f / SAMPLE) for f in scan_folders]
+    every = max(1, sum(int(one.runs["count"].sum()) for one in samples) // points)
+    merged = [_surfels_of(parts) for parts, _ in _tile_parts(samples, load_stations(scan_folders), lattice, every)]
     return Surfels(*(np.concatenate([m[name] for m in merged]) for name in COLUMNS))
 
 
-def _tile_parts(scan_folders: Sequence[Path], lattice: Lattice, every: int) -> Iterator[tuple[NDArray[np.void], float]]:
-    """What each tile holds of voxels (dtype PART), of one in ``every`` points, and the share of the work done."""
-    indices = [TileIndex.load(f) for f in scan_folders]
-    stations = load_stations(scan_folders)
+def _tile_parts(
+    indices: Sequence[TileIndex], stations: NDArray[np.float64], lattice: Lattice, every: int
+) -> Iterator[tuple[NDArray[np.void], float]]:
+    """What each tile holds of voxels (dtype PART), of one in ``every`` points, and the share of the work done.
+    ``stations`` (s, 3) positions by station number, nan where unknown.
+    """
     tiles = np.unique(np.concatenate([index.runs["tile"] for index in indices]), axis=0)
     owners = [_tile_set(index) for index in indices]
     slots = np.full(_extent(lattice).prod(), -1, np.int32)
@@ -192,9 +194,9 @@ def _reaches_out(low: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray
     """Which voxels (n,) reach over their tile's sides; ``low`` (n, 3) are their corners from the tile's, in voxels
     along the lattice's axes ``turn``.
     """
-    corners = low[:, None, :2] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
-    plan = corners @ turn
-    over = ((plan < -1e-6) | (plan > NX + 1e-6)).any((1, 2))
+    plan = low[:, :2] @ turn
+    corners = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) @ turn
+    over = ((plan + corners.min(0) < -1e-6) | (plan + corners.max(0) > NX + 1e-6)).any(1)
     return over | (low[:, 2] < -1e-6) | (low[:, 2] + 1 > NZ + 1e-6)
 
 

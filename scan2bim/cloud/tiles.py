@@ -26,6 +26,8 @@ POINT = np.dtype(
     [("x", "<u2"), ("y", "<u2"), ("z", "<u2"), ("r", "u1"), ("g", "u1"), ("b", "u1"), ("i", "u1"), ("station", "<u2")]
 )
 RUN = np.dtype([("tile", "<i4", (3,)), ("start", "<i8"), ("count", "<i8")])
+SAMPLE = "sample"
+"""Name of the folder below a scan's, in which some of its points lie in the same way."""
 MAX_TILES_A_CHUNK = 65_536
 TABLE = 1 << 18
 

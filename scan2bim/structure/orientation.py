@@ -21,8 +21,9 @@ from scan2bim.structure.shapes import Point, Ring, SpaceShape, StoreyShape, Stru
 from scan2bim.structure.steps import turn_to
 from scan2bim.structure.storeys import find_storeys, layers_of
 
-PASSES = 2
-"""The second in voxels that lie along the walls already, as they do however the building was surveyed."""
+PASSES = 60_000, 400_000
+"""Points of each pass: the second is in voxels that lie along the walls already, as they do however the building was
+surveyed, and has to tell to the millimetre how."""
 ALONG = 0.01
 """Radians up to which a face is along an axis: it stays within a voxel over 5 m."""
 F64 = NDArray[np.float64]
@@ -34,8 +35,8 @@ def find_lattice(scan_folders: Sequence[Path]) -> Lattice:
     """
     stations = load_stations(scan_folders)
     lattice = Lattice()
-    for _ in range(PASSES):
-        surfels = rough_surfels(scan_folders, lattice)
+    for points in PASSES:
+        surfels = rough_surfels(scan_folders, lattice, points)
         own = lattice.own(surfels.xyz.astype(np.float64)).astype(np.float32)
         lattice = lattice.then(_lattice_in(replace(surfels, xyz=own), lattice.own(stations)))
     return lattice
