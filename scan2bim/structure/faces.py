@@ -267,8 +267,10 @@ def without_recesses(faces: Sequence[Face], walls: Sequence[Face]) -> list[Face]
     return kept
 
 
-def main_direction(faces: Sequence[Face]) -> float:
-    """Angle (radians, -pi/4 to pi/4) of the building's main wall direction, weighted by length; 0 without faces."""
+def main_direction(faces: Sequence[Face], within: float = PARALLEL_WITHIN) -> float:
+    """Angle (radians, -pi/4 to pi/4) of the building's main wall direction, weighted by length; 0 without faces.
+    ``within``: radians off it from which on a face counts for a quarter.
+    """
     if not faces:
         return 0.0
     angles = np.array([np.arctan2(f.direction[1], f.direction[0]) for f in faces])
@@ -281,7 +283,7 @@ def main_direction(faces: Sequence[Face]) -> float:
     order = np.argsort(off)
     middle = float(off[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
     for _ in range(4):
-        middle = float(np.average(off, weights=weight / (1 + ((off - middle) / PARALLEL_WITHIN) ** 2) ** 2))
+        middle = float(np.average(off, weights=weight / (1 + ((off - middle) / within) ** 2) ** 2))
     return float(mod_quarter(np.array([best + middle]))[0])
 
 

@@ -24,6 +24,8 @@ from scan2bim.structure.storeys import find_storeys, layers_of
 PASSES = 60_000, 400_000
 """Points of each pass: the second is in voxels that lie along the walls already, as they do however the building was
 surveyed, and has to tell to the millimetre how."""
+STRAIGHT = 0.001
+"""Radians by which the long bare walls differ, as fitted: those with curtains or leaves before them count for little."""
 ALONG = 0.01
 """Radians up to which a face is along an axis: it stays within a voxel over 5 m."""
 F64 = NDArray[np.float64]
@@ -55,7 +57,7 @@ def _lattice_in(surfels: Surfels, stations: F64) -> Lattice:
     faces = grow_faces(columns, grid.roof.shape, columns.bins >= FEWEST_BINS, columns.high >= 2)
     if not faces:
         return Lattice()
-    yaw = main_direction(faces)
+    yaw = main_direction(faces, STRAIGHT)
     yaw += np.pi / 2 * np.round((_heavier_side(columns.xy) - yaw) / (np.pi / 2))
     axes = Lattice(float(yaw)).axes
     x, y = (_middle(columns, faces, axis) for axis in axes)
