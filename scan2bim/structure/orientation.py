@@ -25,7 +25,7 @@ PASSES = 60_000, 400_000
 """Points of each pass: the second is in voxels that lie along the walls already, as they do however the building was
 surveyed, and has to tell to the millimetre how."""
 STRAIGHT = 0.001
-"""Radians by which the long bare walls differ, as fitted: those with curtains or leaves before them count for little."""
+"""Radians by which long bare walls differ, as fitted: those with curtains or leaves before them count for little."""
 ALONG = 0.01
 """Radians up to which a face is along an axis: it stays within a voxel over 5 m."""
 F64 = NDArray[np.float64]
