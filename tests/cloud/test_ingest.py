@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from scan2bim.cloud.frame import SurveyFrame
-from scan2bim.cloud.ingest import ScanSummary, ingest_scan
+from scan2bim.cloud.ingest import ENOUGH, SPARSE, ScanSummary, ingest_scan
 from scan2bim.cloud.panorama import NO_RETURN, Panorama
 from scan2bim.cloud.scan import Chunk, Pose, ScanHeader
-from scan2bim.cloud.tiles import POINT, TileIndex
+from scan2bim.cloud.tiles import POINT, SAMPLE, TileIndex
 from scan2bim.config import ReadSettings
 
 POSE = Pose(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([10.0, 20.0, 1.5]))
@@ -99,5 +99,13 @@ def test_ingesting_twice_gives_the_same_bytes(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         ingested(tmp_path / name, [Chunk(some_points()), Chunk(some_points(100))])
-    for first in sorted((tmp_path / "a").iterdir()):
-        assert first.read_bytes() == (tmp_path / "b" / first.name).read_bytes(), first.name
+    for first in sorted(path for path in (tmp_path / "a").rglob("*") if path.is_file()):
+        assert first.read_bytes() == (tmp_path / "b" / first.relative_to(tmp_path / "a")).read_bytes(), first.name
+
+
+@pytest.mark.parametrize(("count", "step"), [(5_000, 1), (2 * ENOUGH, 2), (20 * ENOUGH, SPARSE)])
+def test_a_scan_has_a_sample_of_its_points_all_of_a_small_one(tmp_path: Path, count: int, step: int) -> None:
+    ingested(tmp_path, [Chunk(some_points(count))])
+    every, some = records(tmp_path), records(tmp_path / SAMPLE)
+    assert len(some) == -(-count // step)
+    assert np.isin(some.view("V12"), every.view("V12")).all()
