@@ -18,8 +18,9 @@ BASE_MEMORY = 500e6
 """Bytes: the program with its libraries and one building's surfaces."""
 JOB_MEMORY = 250e6
 """Bytes of one reading process: libraries, chunks and a panorama."""
-POINT_DISK = 20.0
-"""Bytes in the work folder for each point: 12 for the point, and up to 8 for those near walls, held for a while."""
+POINT_DISK = 22.0
+"""Bytes in the work folder for each point: 12 for the point, 2 for the sample, and up to 8 for those near walls, held
+for a while."""
 SCAN_DISK = 1e6
 """Bytes in the work folder for each scan's panorama."""
 SHORT = 10.0
