@@ -167,7 +167,7 @@ def check_disk(place: Path) -> Check:
     free = shutil.disk_usage(place).free
     text = f"{size(free)} free in {place}"
     if free < LEAST_DISK:
-        return Check("disk", "remark", f"{text}; a small building takes {size(LEAST_DISK)}, about 13 bytes a point")
+        return Check("disk", "remark", f"{text}; a small building takes {size(LEAST_DISK)}, about 15 bytes a point")
     return Check("disk", "ok", text)
 
 

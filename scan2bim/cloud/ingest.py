@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numba as nb
 import numpy as np
@@ -29,6 +30,7 @@ MERGED = (
     "its points lie behind each other as seen from its pose, as in a merged cloud; the position is taken as unknown."
 )
 Progress = Callable[[float], None]
+Number = TypeVar("Number", bound=np.number[Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +115,9 @@ def ingest_scan(
                 low, high = np.minimum(low, bounds[0]), np.maximum(high, bounds[1])
                 order = source_order(chunk, header)
                 per_source += np.bincount(order, minlength=len(per_source))[: len(per_source)]
-                points = local, _colour(chunk), _grey(chunk), (order + station).astype(np.uint16)
-                writer.add(*points)
-                sample.add(*(np.ascontiguousarray(values[::step]) for values in points))
+                rgb, grey, stations = _colour(chunk), _grey(chunk), (order + station).astype(np.uint16)
+                writer.add(local, rgb, grey, stations)
+                sample.add(_some(local, step), _some(rgb, step), _some(grey, step), _some(stations, step))
                 if ranges is not None and position is not None:
                     layered += add_hits(local, position.astype(np.float32), ranges)
             if ranges is not None and chunk.misses is not None:
@@ -152,6 +154,11 @@ def _empty_ranges(header: ScanHeader, settings: ReadSettings) -> NDArray[np.floa
     step = 2 * np.pi / header.columns if header.columns else np.sqrt(4 * np.pi / max(header.points, 1))
     edge = edge_for(max(step, np.sqrt(2 * np.pi / max(header.points, 1))), settings.panorama_edge)
     return np.zeros((6, edge, edge), np.float32)
+
+
+def _some(values: NDArray[Number], step: int) -> NDArray[Number]:
+    """Every ``step``-th row."""
+    return np.ascontiguousarray(values[::step])
 
 
 def _colour(chunk: Chunk) -> NDArray[np.uint8]:
