@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.closed.contrast import BLOCK, Contrast, contrasts
+from scan2bim.openings.closed.corners import rectangles_below
 from scan2bim.openings.closed.lines import Support, find_lines, largest_near, support_of
 from scan2bim.openings.orthoimage import COARSE, PIXEL, Orthoimage
 
@@ -42,6 +43,8 @@ MOST_DISTINCT = 30, 5
 """Different rectangles of a wall that are looked at closely, and for each metre of a long wall."""
 MOST_RECTANGLES = 300, 100
 """Rectangles of a wall that are told apart, the best supported, and for each metre of a long wall."""
+MOST_BELOW = 16, 3
+"""Rectangles of a wall that are told by their heads, and for each metre of a long wall."""
 SOME_SEEN = 0.25
 """Share of one of the sides that must be seen."""
 UPPER = 6
@@ -226,12 +229,34 @@ def _with_heads(
 
 
 def candidates(faces: Sequence[Face]) -> list[Rectangle]:
-    """The rectangles of a wall without those that are nearly the same as a better one."""
+    """The rectangles of a wall without those that are nearly the same as a better one: those whose sides were seen,
+    and those whose heads were, from corner to corner.
+    """
+    if not faces:
+        return []
     out: list[Rectangle] = []
-    for found in rectangles_on(faces) if faces else ():
-        sides = np.array([(box.left, box.right, box.top) for box in found]).reshape(-1, 3)
-        out += [found[k] for k in _distinct(sides, _most(MOST_DISTINCT, faces))]
-    return out
+    for found in rectangles_on(faces):
+        out += [found[k] for k in _different(found, _most(MOST_DISTINCT, faces))]
+    every = [*out, *_below_heads(faces)]
+    return out + [every[k] for k in _different(every, len(out) + _most(MOST_BELOW, faces)) if k >= len(out)]
+
+
+def _below_heads(faces: Sequence[Face]) -> list[Rectangle]:
+    """Rectangles told by their heads, the best first."""
+    width = round(NARROWEST / PIXEL), round(WIDEST / PIXEL)
+    rows = round(LOWEST / PIXEL), min(round(HIGHEST / PIXEL), faces[0].heads.places - round(LINTEL / PIXEL))
+    if rows[1] <= rows[0]:
+        return []
+    uprights = [face.sides for face in faces]
+    found = np.concatenate([rectangles_below(face.heads, uprights, rows, width) for face in faces])
+    best = found[np.argsort(-found[:, 3], kind="stable")[: _most(MOST_RECTANGLES, faces)]]
+    return [Rectangle(left * PIXEL, right * PIXEL, top * PIXEL) for left, right, top, _ in best.tolist()]
+
+
+def _different(found: Sequence[Rectangle], most: int) -> list[int]:
+    """Numbers of the first ``most`` that are not the same as an earlier one."""
+    sides = np.array([(box.left, box.right, box.top) for box in found], np.float64).reshape(-1, 3)
+    return _distinct(sides, most).tolist()
 
 
 @nb.njit(cache=True, nogil=True)
