@@ -29,7 +29,7 @@ from scan2bim.structure.overlaps import Bodies, clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
 from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
-from scan2bim.structure.portals import split_at_portals, under_lintel
+from scan2bim.structure.portals import Lintel, split_at_portals, under_lintel
 from scan2bim.structure.precision import wall_sigmas
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
 from scan2bim.structure.roofs import LEVEL, Slope, crown_of, find_roofs, roof_of, upper_edge
@@ -213,13 +213,11 @@ def _rooms(
     open_parts: list[Polygon] = []
     bare = without_stairs(wells, stairs)
     for space in (s for s in found if has_floor(s, plan)):
-        whole, below, rims = without_wells(space, bare)
-        open_parts += below
-        cuts += rims
-        parts, portals = (whole, []) if below else split_at_portals(space, partial(under_lintel, plan=plan))
+        parts, below, borders = parts_and_wells(space, bare, partial(under_lintel, plan=plan))
         laid = [split_at_floors(part, flooring) for part in parts]
+        open_parts += below
         rooms += [bent_to(p, bends) for pieces, _ in laid for p in pieces]
-        cuts += [*portals, *(border for _, borders in laid for border in borders)]
+        cuts += [*borders, *(border for _, changes in laid for border in changes)]
     return Rooms(
         plan.levels,
         [*rooms, *open_parts],
@@ -233,6 +231,25 @@ def _rooms(
         beams,
         tuple(bends),
     )
+
+
+def parts_and_wells(
+    space: Polygon, wells: Sequence[Polygon], lintel: Lintel
+) -> tuple[list[Polygon], list[Polygon], list[LineString]]:
+    """The parts of a space between portals, the wells in their floors, and the borders between all of them.
+
+    ``lintel`` tells whether a lintel hangs over a line.
+    """
+    parts, portals = split_at_portals(space, lintel)
+    if any(portal.crosses(well) for portal in portals for well in wells):
+        parts, portals = [space], []
+    rooms: list[Polygon] = []
+    below: list[Polygon] = []
+    borders = list(portals)
+    for part in parts:
+        rest, holes, rims = without_wells(part, wells)
+        rooms, below, borders = [*rooms, *rest], [*below, *holes], [*borders, *rims]
+    return rooms, below, borders
 
 
 def has_floor(space: Polygon, plan: Plan) -> bool:

@@ -10,12 +10,14 @@ import pytest
 import shapely
 from modelled import Modelled, modelled
 from numpy.typing import NDArray
+from shapely import orient_polygons, union_all
 from shapely.geometry import LineString, Polygon, box
 from surfaces import level, room, surfels_of
 from synthetic import two_storeys
 
 from scan2bim.model.elements import Stair
 from scan2bim.simulate.scanner import ScannerSpec
+from scan2bim.structure.build import parts_and_wells
 from scan2bim.structure.plan import plan_of
 from scan2bim.structure.stairs import FoundStair, find_stairs, without_stairs, without_wells
 from scan2bim.structure.storeys import StoreyLevels, layers_of
@@ -131,6 +133,16 @@ def test_furniture_of_many_heights_beside_each_other_is_no_stair() -> None:
     ]
     heights = [0.19 * (1 + (k % 8 if k // 8 % 2 == 0 else 7 - k % 8)) for k in range(32)]
     assert not stairs_among([t + np.array([0, 0, h]) for t, h in zip(things, heights, strict=True)], 2.85)
+
+
+def test_a_space_with_a_well_is_parted_at_its_portals_too() -> None:
+    rooms = orient_polygons(union_all([box(0, 0, 6, 4), box(6, 1, 6.2, 1.9), box(6.2, 0, 10, 4)]))
+    assert isinstance(rooms, Polygon)
+    well = box(2, 0, 5, 1)
+    parts, below, borders = parts_and_wells(rooms, [well], lambda _: False)
+    assert sorted(p.area for p in parts) == pytest.approx([15.2, 21.0], abs=0.3)
+    assert [p.area for p in below] == pytest.approx([3.0])
+    assert sum(b.length for b in borders) == pytest.approx(0.9 + 3.0 + 1.0 + 1.0, abs=0.02)
 
 
 def test_small_things_a_riser_apart_are_no_stair() -> None:
