@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.geometry.polygons import filled
 from scan2bim.structure.axes import Axis
-from scan2bim.structure.crossings import Crossings, crossings_of
+from scan2bim.structure.crossings import PLACED, Crossings, agreed, jambs_of
 
 OUTER = 0.30
 """Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
@@ -36,8 +36,17 @@ SHORTEST = 1.0
 """Length, metres, of the shortest wall whose openings are looked through."""
 BESIDE = 0.5
 """Metres round a wall's space within which stations are asked: more see its openings from afar and aslant."""
-ALIKE = 0.03
-"""Difference, metres, up to which measured thicknesses are one: an edge is known to a pixel."""
+ALIKE = 0.015
+"""Metres by which a usual thickness may lie outside of what rays allow: where a jamb is, is known to half a centimetre.
+"""
+OTHERWISE = 0.03
+"""The same for a single wall, which is built otherwise than the others of its building where that does not suffice."""
+LOOSE = 0.08
+"""Metres between the least and the greatest thickness that rays allow, from which on it is not measured."""
+LOOSER = 0.15
+"""Metres between these, within which a thickness that others tell is taken as measured here, too."""
+FEWEST_JAMBS = 2
+"""Jambs that tell what is usual in a building or storey."""
 THINNEST, THICKEST = 0.05, 0.6
 """Thicknesses, metres, that rays can tell: less is what lies behind panes, more a shaft or a terrace."""
 ROUNDED = 0.005
@@ -49,25 +58,18 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SoleFace:
-    """The only seen face of a wall, ``ends`` (2, 2) in plan, and what rays through its openings tell."""
+    """The only seen face of a wall, ``ends`` (2, 2) in plan, and the ``jambs`` of its openings that rays cross."""
 
     ends: F64
-    rays: Crossings
+    jambs: tuple[Crossings, ...]
 
-    @property
-    def length(self) -> float:
-        """Metres."""
-        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
 
-    def bounds(self) -> tuple[float, float]:
-        """Least and greatest thickness, metres, that the rays allow."""
-        low, high = self.rays.bounds()
-        return (low, high) if low < THICKEST and high > THINNEST else (0.0, np.inf)
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A thickness and its standard deviation, metres, None where it is assumed."""
 
-    def measured(self) -> tuple[float, float] | None:
-        """Thickness and its standard deviation, metres, where the rays tell it."""
-        found = self.rays.thickness()
-        return found if found is not None and THINNEST < found[0] < THICKEST else None
+    thickness: float
+    sigma: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +123,7 @@ def sole_faces(
         inside = shapely.contains_xy(beside, places[:, 0], places[:, 1])
         asked = [p for p, here in zip(panoramas, inside, strict=True) if here]
         ends = np.array([axis.start, axis.end]) + axis.inset
-        found.append(SoleFace(ends if axis.left else ends[::-1], crossings_of(axis, base, top, asked)))
+        found.append(SoleFace(ends if axis.left else ends[::-1], jambs_of(axis, base, top, asked)))
     return found
 
 
@@ -140,13 +142,14 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     """
     plain = [OneFaced(least, partition_of(s.axes), built_over(storeys[k:])) for k, s in enumerate(storeys)]
     outer = [[f for f in s.faces if p.is_outer(f.ends)] for s, p in zip(storeys, plain, strict=True)]
-    building = common_thickness([face for faces in outer for face in faces]) or least
+    building = _usual([face for faces in outer for face in faces], Told(OUTER, None), Told(least, None))
     out: list[OneFaced] = []
     for storey, faces, unknown in zip(storeys, outer, plain, strict=True):
-        own = common_thickness(faces)
-        walls = replace(unknown, outer=building if own is None or abs(own - building) < ALIKE else own)
-        known = tuple((f.ends, *_thickness_of(f, walls.assumed(f.ends))) for f in storey.faces)
-        out.append(replace(walls, known=known))
+        usual = _usual(faces, building, building)
+        walls = replace(unknown, outer=usual.thickness)
+        known = [(f, usual if walls.is_outer(f.ends) else Told(walls.inner, None)) for f in storey.faces]
+        told = [(face, _thickness_of(face, like)) for face, like in known]
+        out.append(replace(walls, known=tuple((face.ends, t.thickness, t.sigma) for face, t in told)))
     return out
 
 
@@ -174,24 +177,46 @@ def partition_of(axes: Sequence[Axis]) -> float:
     return _rounded(float(thickness[np.searchsorted(np.cumsum(length), length.sum() / 2)]))
 
 
-def common_thickness(faces: Sequence[SoleFace]) -> float | None:
-    """The thickness of most of the walls' length, metres, where rays tell it."""
-    told = [(face.length, found[0]) for face in faces if (found := face.measured()) is not None]
-    if not told:
-        return None
-    length, thickness = np.array(sorted(told, key=lambda t: t[1])).T
-    half = int(np.searchsorted(np.cumsum(length), length.sum() / 2))
-    near = np.abs(thickness - thickness[half]) < ALIKE
-    return _rounded(float(np.average(thickness[near], weights=length[near])))
+def _usual(faces: Sequence[SoleFace], usual: Told, otherwise: Told) -> Told:
+    """What the jambs of most walls tell: the usual thickness if they allow it, ``otherwise`` another one where they do
+    not tell it.
+    """
+    jambs = [jamb for face in faces for jamb in face.jambs]
+    bounds = agreed(jambs) if len(jambs) >= FEWEST_JAMBS else (0.0, np.inf, np.inf)
+    if not _is_sharp(bounds):
+        return replace(otherwise, thickness=_within(bounds, otherwise.thickness))
+    return Told(_within(bounds, usual.thickness), _sigma(bounds))
 
 
-def _thickness_of(face: SoleFace, usual: float) -> tuple[float, float | None]:
-    """The usual thickness where the rays allow it, else what they tell; its standard deviation where they do."""
-    low, high = face.bounds()
-    found = face.measured()
-    if found is None:
-        return float(np.clip(usual, low, high)), None
-    return (usual if abs(usual - found[0]) < ALIKE else _rounded(found[0])), found[1]
+def _thickness_of(face: SoleFace, usual: Told) -> Told:
+    """The usual thickness of a wall where its jambs allow it, else what they tell; measured where they bound it from
+    both sides, or nearly so what is measured on others.
+    """
+    low, _, high = bounds = agreed(face.jambs)
+    thickness = _within(bounds, usual.thickness, OTHERWISE)
+    if _is_sharp(bounds):
+        return Told(thickness, _sigma(bounds) if usual.sigma is None else min(_sigma(bounds), usual.sigma))
+    shared = thickness == usual.thickness and low > 0.0 and high < low + LOOSER
+    return Told(thickness, usual.sigma if shared else None)
+
+
+def _within(bounds: tuple[float, float, float], usual: float, alike: float = ALIKE) -> float:
+    """The usual thickness, metres, where the bounds allow it nearly; else the likely one, or the nearer bound."""
+    low, likely, high = bounds
+    if low - alike < usual < high + alike or low > THICKEST or high < THINNEST:
+        return usual
+    return _rounded(likely if _is_sharp(bounds) else float(np.clip(usual, low, high)))
+
+
+def _sigma(bounds: tuple[float, float, float]) -> float:
+    """Standard deviation, metres, of a thickness between these."""
+    return float(np.hypot((bounds[2] - bounds[0]) / 12**0.5, PLACED))
+
+
+def _is_sharp(bounds: tuple[float, float, float]) -> bool:
+    """Whether a thickness between these, metres, is measured."""
+    low, _, high = bounds
+    return 0.0 < low <= high < low + LOOSE and high > THINNEST and low < THICKEST
 
 
 def _rounded(thickness: float) -> float:
