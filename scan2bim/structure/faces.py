@@ -30,6 +30,8 @@ OBLIQUE = 0.17
 """Cosine above which a face is not square to another (80 degrees)."""
 DEEPEST_RECESS = 0.6
 """Depth, metres, up to which what stands back behind a wall's face belongs to an opening or niche of that wall."""
+RECESS, JAMB = 0.03, 0.3
+"""Metres that what stands in a recess lies behind the wall at least, and beside the wall's end at most."""
 TALL = 0.6
 """Share of its length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
 NOT_TALL = 0.15
@@ -103,9 +105,32 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
     faces = _square_up(columns, faces)
-    faces = without_open_leaves(faces, columns, main_direction(faces))
-    faces = sorted(_without_fillings(plan, faces), key=lambda f: -f.length)
+    faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
+    faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(without_recesses(faces, faces))
+
+
+def _over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:
+    """Whether a face that nowhere comes down to the floor stands back in the line of one that does, and the room's
+    ceiling does not go on over what lies between: panes and frames of windows, in one line, and as long as the piers.
+    """
+    if (plan.columns.low[face.columns] >= FEWEST_BINS).mean() > NOT_TALL:
+        return False
+    for wall in faces:
+        depth = float((wall.centre - face.centre) @ face.normal)
+        if wall.normal @ face.normal < PARALLEL or not RECESS < depth < DEEPEST_RECESS:
+            continue
+        along = np.sort((wall.ends() - face.centre) @ face.direction)
+        if max(along[0] - face.high, face.low - along[1]) > JAMB or (plan.columns.low[wall.columns] >= FEWEST_BINS).mean() < TALL:
+            continue
+        within = ceiling_on(plan, face, 0.0, max(depth - PLAN, PLAN))
+        known = np.isfinite(within)
+        room = ceiling_on(plan, face, depth + 0.1, depth + 0.5)
+        if known.mean() < LEAST_KNOWN or not np.isfinite(room).any():
+            return True
+        if float(np.nanmedian(room) - np.median(within[known])) > SAME_LEVEL:
+            return True
+    return False
 
 
 def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
