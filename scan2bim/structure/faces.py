@@ -121,7 +121,10 @@ def _over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:
         if wall.normal @ face.normal < PARALLEL or not RECESS < depth < DEEPEST_RECESS:
             continue
         along = np.sort((wall.ends() - face.centre) @ face.direction)
-        if max(along[0] - face.high, face.low - along[1]) > JAMB or (plan.columns.low[wall.columns] >= FEWEST_BINS).mean() < TALL:
+        if (
+            max(along[0] - face.high, face.low - along[1]) > JAMB
+            or (plan.columns.low[wall.columns] >= FEWEST_BINS).mean() < TALL
+        ):
             continue
         within = ceiling_on(plan, face, 0.0, max(depth - PLAN, PLAN))
         known = np.isfinite(within)

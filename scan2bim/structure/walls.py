@@ -39,6 +39,8 @@ BRIDGE = 1.2
 """Gap, metres, across which walls in one line are one wall, if no space lies in it."""
 LONGEST_PIER, DEEPEST = 6.0, 0.6
 """Length, metres, of piers, and how far they stand before a wall, behind which it goes on."""
+SOLID = 2.5
+"""Length, metres, up to which a pier is taken to be solid: what is longer is a lining."""
 COVERED = 0.8
 """Share of a gap that piers must cover."""
 TOUCH = 1e-3
@@ -88,8 +90,29 @@ def find_walls(
     if seen_share is not None:
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
-    axes, joins = parted_again(*_join_ends(parted(_without_stubs(axes))))
+    axes = parted(_without_stubs(axes))
+    axes, joins = parted_again(*_join_ends([_before_wall(a, axes, sole.inner) for a in axes]))
     return with_curved(reaching(axes, joins), joins, curved_axes(borders_on(spaces, bends), sole.outer))
+
+
+def _before_wall(axis: Axis, axes: Sequence[Axis], thickness: float) -> Axis:
+    """A wall of assumed thickness, longer than a pier, before another one that goes on behind it, as a lining: no
+    thicker than a partition or what is between them.
+    """
+    if axis.measured or axis.sigma is not None or axis.length < SOLID:
+        return axis
+    before = axis.inset / max(float(np.linalg.norm(axis.inset)), 1e-9)
+    for wall in axes:
+        step = float((axis.start + axis.inset - wall.start - wall.inset) @ before)
+        facing = not wall.measured and float(wall.inset @ before) > PARALLEL * wall.thickness / 2
+        if not facing or not IN_LINE < step < DEEPEST:
+            continue
+        along = sorted(float((p - wall.start) @ wall.direction) for p in (axis.start, axis.end))
+        if min(along[1], wall.length) - max(along[0], 0.0) > COVERED * axis.length:
+            thickness = min(thickness, step, axis.thickness)
+            move = before * (axis.thickness - thickness) / 2
+            return replace(axis, start=axis.start + move, end=axis.end + move, thickness=thickness)
+    return axis
 
 
 def _without_stubs(axes: list[Axis]) -> list[Axis]:

@@ -145,6 +145,13 @@ def test_a_wall_goes_on_behind_the_piers_before_it() -> None:
     assert [round(a.thickness, 3) for a in before] == [0.2, 0.2]
 
 
+def test_a_long_lining_before_a_wall_is_as_thick_as_a_partition() -> None:
+    lining = [(8, 4), (8, 3.6), (4, 3.6), (4, 4)]
+    axes, _ = find_walls([Polygon([(0, 0), (12, 0), (12, 4), *lining, (0, 4)])], sole=OneFaced(inner=0.12))
+    before = [a for a in axes if 3 < a.length < 5 and 3 < a.start[1] < 4]
+    assert [(round(a.thickness, 3), round(float(a.start[1]), 3)) for a in before] == [(0.12, 3.66)]
+
+
 def test_without_spaces_there_are_no_walls() -> None:
     assert find_walls([], []) == ([], [])
 
