@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scan2bim.openings.build import without_overlaps
-from scan2bim.openings.closed.find import closed_doors
-from scan2bim.openings.closed.rectangles import contrasted
+from scan2bim.openings.closed.find import closed_doors, has_head, judged
+from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.orthoimage import Orthoimage
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import StoreyShape, WallShape
@@ -73,3 +73,13 @@ def test_a_pane_does_not_make_a_leaf_uneven() -> None:
     solid, glazed = (closed_doors(contrasted([face((100, 190), pane=True, through=t)])) for t in (False, True))
     assert glazed[0].whole > 0.95
     assert not solid or solid[0].whole < glazed[0].whole
+
+
+def test_a_rectangle_up_to_a_low_ceiling_holds_a_door_if_its_head_was_seen() -> None:
+    faces = contrasted([face((100, 190))])
+    tall = replace(judged(faces, Rectangle(1.0, 1.9, 2.6, True)), probability=0.99)
+    headed = replace(judged(faces, Rectangle(1.0, 1.9, 2.04)), probability=0.7)
+    beside = replace(judged(faces, Rectangle(2.5, 3.4, 2.04)), probability=0.7)
+    assert has_head(tall, [beside, headed])
+    assert not has_head(tall, [beside])
+    assert not has_head(tall, [replace(headed, probability=0.2)])

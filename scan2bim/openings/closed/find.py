@@ -38,6 +38,9 @@ NEARER = 0.02
 HINGE: dict[str, Literal["start", "end"]] = {"start": "end", "end": "start"}
 """The hinge side by the handle's."""
 SIDES: tuple[Side, Side] = ("left", "right")
+SAME_SIDES, WHOLE_HEAD = 0.75, 0.9
+"""Overlap along the wall from which on two rectangles are of one door, a trim more or less, and share of a head that
+shows it."""
 PAIR, LEVEL = 0.04, 0.03
 """Gap between two leaves of one door, and difference of their heads, metres: doors of their own have a post between."""
 LEAVES = 1.35
@@ -90,7 +93,9 @@ def faces_of(
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall."""
     found = [judged(faces, box) for box in candidates(faces)]
-    return paired(faces, kept([d for d in found if not d.box.whole or is_tall_leaf(d)]))
+    headed = [d for d in found if not d.box.whole]
+    tall = [d for d in found if d.box.whole and is_tall_leaf(d) and not has_head(d, headed)]
+    return paired(faces, kept([*headed, *tall]))
 
 
 def paired(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
@@ -120,6 +125,19 @@ def is_tall_leaf(door: ClosedDoor) -> bool:
     shown = [e for e in door.evidence.values() if e.seen > UNSEEN and e.shown > SIDES_SHOWN]
     back = max((e.recess for e in shown if np.isfinite(e.recess)), default=0.0)
     return back > FLUSH and all(e.weakest > TALL_SIDES for e in shown)
+
+
+def has_head(tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> bool:
+    """Whether a rectangle as high as the wall holds a door whose head was seen below, all of it: under low ceilings
+    little wall is left above.
+    """
+    for door in headed:
+        inner = min(tall.box.right, door.box.right) - max(tall.box.left, door.box.left)
+        outer = max(tall.box.right, door.box.right) - min(tall.box.left, door.box.left)
+        head = max((e.head for e in door.evidence.values() if not e.loose), default=0.0)
+        if inner > SAME_SIDES * outer and head > WHOLE_HEAD and door.confidence >= ACCEPTED:
+            return True
+    return False
 
 
 def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:
