@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
-from scan2bim.structure.fits import BAND, Face, fit_line
+from scan2bim.structure.fits import BAND, Face, fit_line, settled
 from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
@@ -107,7 +107,7 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     faces = _square_up(columns, faces)
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
     faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
-    return tuple(without_recesses(faces, faces))
+    return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))
 
 
 def _over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:

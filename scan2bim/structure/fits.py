@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,10 @@ BAND = 0.025
 """Half-width of a face, metres: three times a scanner's noise and registration error together."""
 SPARSE = 2 * PLAN
 """Metres apart at which columns still fill a stretch: far scanners see stripes of a wall that they look along."""
+NEAR = 0.012
+"""Distance from a face, metres, within which columns side by side across it are parts of one surface: half of BAND, since
+trims and skirtings stand out by more."""
+ROUNDS = 5
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -85,6 +89,30 @@ def fit_line(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F6
         covered_length(along[wall_like[at]], SPARSE if sided else PLAN),  # stripes are those of far scanners
         sided,
     )
+
+
+def settled(columns: Columns, face: Face, wall_like: NDArray[np.bool_]) -> Face:
+    """A face moved along its normal to where its surface lies, strip by strip along it.
+
+    A surface at the edge of voxels lies in two columns, of which the emptier lies farther off: its points count together.
+    """
+    offset = columns.xy[face.columns] - face.centre
+    away = offset @ face.normal
+    tall = columns.bins[face.columns] * np.where(wall_like[face.columns], 1.0, 0.3)
+    points = columns.points[face.columns].astype(np.float64)
+    _, strip = np.unique(np.floor(offset @ face.direction / PLAN), return_inverse=True)
+    place = 0.0
+    for _ in range(ROUNDS):
+        near = np.abs(away - place) < NEAR
+        count = np.bincount(strip[near], points[near])
+        height = np.bincount(strip[near], tall[near])
+        seen = count > 0
+        if not seen.any():
+            return face
+        off = np.bincount(strip[near], (points * away)[near])[seen] / count[seen] - place
+        scale = max(1.4826 * float(np.median(np.abs(off))), 0.001)
+        place += float(np.average(off, weights=height[seen] / (1 + (off / (2 * scale)) ** 2) ** 2))
+    return replace(face, centre=face.centre + place * face.normal)
 
 
 def _smallest_axis(offset: F64, weight: F64) -> F64:
