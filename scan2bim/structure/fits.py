@@ -16,8 +16,8 @@ BAND = 0.025
 SPARSE = 2 * PLAN
 """Metres apart at which columns still fill a stretch: far scanners see stripes of a wall that they look along."""
 NEAR = 0.012
-"""Distance from a face, metres, within which columns side by side across it are parts of one surface: half of BAND, since
-trims and skirtings stand out by more."""
+"""Distance from a face, metres, within which columns side by side across it are parts of one surface: noise and
+registration; trims stand out by more."""
 ROUNDS = 5
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -94,7 +94,8 @@ def fit_line(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F6
 def settled(columns: Columns, face: Face, wall_like: NDArray[np.bool_]) -> Face:
     """A face moved along its normal to where its surface lies, strip by strip along it.
 
-    A surface at the edge of voxels lies in two columns, of which the emptier lies farther off: its points count together.
+    A surface at the edge of voxels lies in two columns, of which the emptier lies farther off: their points count
+    together. The mean of all that lies about a line would be drawn to trims and skirtings.
     """
     offset = columns.xy[face.columns] - face.centre
     away = offset @ face.normal

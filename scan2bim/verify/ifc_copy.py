@@ -8,6 +8,7 @@ from typing import Any
 
 import ifcopenshell
 import ifcopenshell.guid
+import ifcopenshell.util.element
 
 from scan2bim.ifcfile import open_ifc
 from scan2bim.verify.result import ElementResult, Report, Status
@@ -30,7 +31,8 @@ def write_copy(source: Path, report: Report, path: Path) -> None:
     """Write the copy. Raises InputError where the source cannot be read, OSError where the copy cannot be written."""
     file = open_ifc(source)
     history = next(iter(file.by_type("IfcOwnerHistory")), None)
-    styles = {status: _style(file, status) for status in COLOURS}
+    coloured = {element.status for element in report.elements} - {"not_applicable"}
+    styles = {status: _style(file, status) for status in COLOURS if status in coloured}
     for element in report.elements:
         product = _product(file, element.guid)
         if product is None:
@@ -38,6 +40,8 @@ def write_copy(source: Path, report: Report, path: Path) -> None:
         _properties(file, product, element, history)
         if element.status != "not_applicable":
             _colour(file, product, styles[element.status])
+    for style in styles.values():
+        _drop(file, style)
     file.write(str(path))
 
 
@@ -65,15 +69,23 @@ def _properties(file: ifcopenshell.file, product: Any, element: ElementResult, h
     if element.opening is not None:
         values["Finding"] = ("IfcLabel", element.opening.finding)
     make: Any = file.create_entity
-    for old in (_product(file, _guid(element.guid + part)) for part in ("rel", "set")):
-        if old is not None:  # the copy of a copy
-            file.remove(old)
+    relation, before = (_product(file, _guid(element.guid + part)) for part in ("rel", "set"))
+    if relation is not None:  # the copy of a copy
+        file.remove(relation)
+    if before is not None:
+        _drop(file, before)
     properties = [
         make("IfcPropertySingleValue", Name=name, NominalValue=make(kind, value))
         for name, (kind, value) in values.items()
     ]
     pset = make("IfcPropertySet", _guid(element.guid + "set"), history, SET_NAME, None, properties)
     make("IfcRelDefinesByProperties", _guid(element.guid + "rel"), history, None, None, [product], pset)
+
+
+def _drop(file: ifcopenshell.file, entity: Any) -> None:
+    """Take out what nothing refers to any more, with all that it alone refers to: rules forbid what is left over."""
+    if not file.get_total_inverses(entity):
+        ifcopenshell.util.element.remove_deep2(file, entity)
 
 
 def _guid(key: str) -> str:
@@ -106,6 +118,9 @@ def _restyle(file: ifcopenshell.file, item: Any, style: Any) -> None:
     entry = style if file.schema != "IFC2X3" else make("IfcPresentationStyleAssignment", [style])
     styled = list(item.StyledByItem) if hasattr(item, "StyledByItem") else []
     if styled:
+        before = styled[0].Styles
         styled[0].Styles = [entry]
+        for old in before:
+            _drop(file, old)
     else:
         make("IfcStyledItem", item, [entry], None)
