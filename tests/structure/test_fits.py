@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from scan2bim.structure.columns import Columns
 from scan2bim.structure.fits import Face, settled
 
 
-def columns(places: list[tuple[float, float, int, int]]) -> Columns:
+def columns(places: Sequence[tuple[float, float, int, int]]) -> Columns:
     """Columns from (along, before the line, points, heights)."""
     n = len(places)
     xy = np.array([place[:2] for place in places])
@@ -23,7 +25,7 @@ def face(count: int) -> Face:
     return Face(np.zeros(2), np.array([0.0, 1.0]), 0.0, 4.0, np.arange(count), 0.003, 4.0, True)
 
 
-def told(places: list[tuple[float, float, int, int]]) -> float:
+def told(places: Sequence[tuple[float, float, int, int]]) -> float:
     """Metres before the line at which a face is told."""
     seen = columns(places)
     return float(settled(seen, face(len(seen)), np.ones(len(seen), bool)).centre[1])
