@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from scan2bim.cloud.tiles import POINT, STEPS, TILE
+from scan2bim.geometry.windows import windows
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.patches import Gap
 
@@ -181,7 +181,7 @@ def find_outline(
     if not seen.any():
         return None
     dense = np.array([DENSE * np.median(face[face > 0]) for face in on[seen]])
-    smooth = uniform_filter1d(on[seen].astype(np.float64), SMOOTH, axis=1)
+    smooth = windows(on[seen].astype(np.float64), SMOOTH).mean(axis=-1)
     walls = smooth >= dense[:, None]
     # A frame or a closed leaf may go on flush with a face, but then there is more inside the wall, which is solid.
     hollow = _hollow(on[seen].sum(axis=0), inside)
@@ -198,9 +198,10 @@ def find_outline(
 
 def _hollow(on: F64, inside: F64) -> Mask:
     """Bins (n,) of stretches with more points inside the wall than on its faces, longer than a reveal alone makes."""
-    more = uniform_filter1d(inside, EDGE) >= np.maximum(uniform_filter1d(on, EDGE), FEW / EDGE)
-    kept = minimum_filter1d(more.astype(np.uint8), 2 * EDGE - 1)
-    return np.asarray(maximum_filter1d(kept, EDGE) > 0)
+    least = np.maximum(windows(on, EDGE).sum(axis=-1), FEW)
+    more = np.asarray(windows(inside, EDGE).sum(axis=-1) >= least)
+    kept = np.asarray(windows(more, 2 * EDGE - 1).all(axis=-1))
+    return np.asarray(windows(kept, EDGE).any(axis=-1))
 
 
 def _told(bins: Bins, width: float, inwards: float) -> Side:
@@ -246,7 +247,7 @@ def _counts(profiles: Profiles, number: int, faces: tuple[F64, F64]) -> tuple[F6
     low, high = (face[0] + face[1] * along for face in faces)
     on = np.array([(image * (np.abs(across - place[:, None]) < ON)).sum(axis=1) for place in (low, high)])
     within = (across > (low + ON)[:, None]) & (across < (high - ON)[:, None])
-    filled = maximum_filter1d(((image > 0) & within).astype(np.uint8), 3, axis=0)
+    filled = windows((image > 0) & within, 3, axis=0).any(axis=-1)
     return on.astype(np.float64), (image * within).sum(axis=1).astype(np.float64), filled.sum(axis=1) * DEEP
 
 

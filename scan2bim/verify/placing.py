@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -146,17 +147,31 @@ def residuals(target: Target, sample: Sample, matrix: F64, gate: float) -> tuple
     points = sample.xyz @ back[:3, :3].T + back[:3, 3]
     stations = sample.position @ back[:3, :3].T + back[:3, 3]
     distance, place = target.tree.query(points, NEIGHBOURS, distance_upper_bound=gate + SPACING)
-    found = np.isfinite(distance)
-    safe = np.where(found, place, 0)
-    normals = target.normal[safe]
-    offset = np.einsum("knj,knj->kn", points[:, None] - target.middle[safe], normals)
-    ahead = np.einsum("knj,knj->kn", stations[:, None] - target.middle[safe], normals)
-    faces = found & (np.isnan(ahead) | (ahead > 0) | target.two_sided[safe]) & (np.abs(offset) < gate)
-    # Of the cells that face the station, the one whose plane is nearest: at a corner several are near.
-    rank = np.where(faces, np.abs(offset), np.inf)
-    best = np.argmin(rank, axis=1)
-    rows = np.arange(len(points))
-    return offset[rows, best], normals[rows, best], points, faces[rows, best]
+    near, cells = np.where(np.isfinite(distance), place, -1), (target.middle, target.normal, target.two_sided)
+    offset, best, hit = _nearest_plane(points, stations, near, *cells, gate)
+    return offset, target.normal[best], points, hit
+
+
+@nb.njit(cache=True, nogil=True)
+def _nearest_plane(points, stations, near, middle, normal, two_sided, gate):  # pyright: ignore
+    """Of the cells ``near`` (k, n; -1 for none) each point (k, 3) that face its station (k, 3; nan where unknown), the
+    one whose plane is nearest, as at a corner several are near: signed distance to its plane (k,), its number
+    (k,), and whether there is one within ``gate`` metres (k,).
+    """
+    offset, best, hit = np.zeros(len(points)), np.zeros(len(points), np.int64), np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        least = gate
+        for cell in near[i]:
+            if cell < 0:
+                continue
+            away = ahead = 0.0
+            for k in range(3):
+                away += (points[i, k] - middle[cell, k]) * normal[cell, k]
+                ahead += (stations[i, k] - middle[cell, k]) * normal[cell, k]
+            if abs(away) < least and (ahead > 0.0 or two_sided[cell] or np.isnan(ahead)):
+                least = abs(away)
+                offset[i], best[i], hit[i] = away, cell, True
+    return offset, best, hit
 
 
 def explained(target: Target, sample: Sample, matrix: F64, gate: float = EXPLAINED) -> tuple[float, float]:
