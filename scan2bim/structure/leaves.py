@@ -37,48 +37,64 @@ LITTLE = 0.15
 """Share of a leaf, at most, before which something stands in the wall's face up to the ceiling."""
 SHORTEST, LONGEST = 0.45, 1.35
 """Lengths of single leaves, metres."""
-HINGE = 0.2
-"""Distance, metres, from a leaf's end within which the jamb is at which it hangs."""
+HINGE, BEHIND = 0.2, 0.35
+"""Distance, metres, from a leaf's end within which the jamb is at which it hangs; and behind the only face that was
+seen of its wall, if it opens to the other side.
+"""
 ON_LINE, OFF_LINE = 0.04, 0.12
 """Distances, metres, from a wall's line within which what stands there is its own face; and within which it ends a gap
 in the wall, or goes on behind a leaf.
 """
-FREE = (0.06, 0.25)
+FREE = (0.06, 0.2)
 """Distances, metres, beyond a leaf's free end between which nothing stands in its line."""
-SHORTER, LONGER = 0.12, 0.25
-"""Metres by which a gap may be narrower and wider than its leaf: the leaf laps over it, or hangs in a lining."""
-SKEW = 0.12
-"""Radians from the building's main directions (7 degrees) from which on a plate beside a gap is a leaf, whether or not
-its other face was seen.
+SHORTER, LONGER = 0.2, 0.25
+"""Metres by which a gap may be narrower and wider than its leaf: faces end half a step past what was seen, and a leaf
+laps over its gap or hangs in a lining.
 """
+IN_LINE = 0.035
+"""Distance, metres, from a leaf's line within which what stands beyond its free end goes on in it."""
+SKEW, CLEAR = 0.03, 0.12
+"""Radians from the building's main directions (1.7, 7 degrees) from which on a plate beside a gap is a leaf, whether or
+not its other face was seen; and though a part of it alone was.
+"""
+NARROWEST_LEAF, PLANE = 0.6, 0.004
+"""Metres: the least length of such a plate, and the residual of its points: things that stand about are less even."""
 F64 = NDArray[np.float64]
 
 
 def is_closed_leaf(wall: Face, back: Face, faces: Sequence[Face], columns: Columns) -> bool:
-    """Whether what stands ``back`` behind a wall's face are closed leaves: as wide as doors, the wall's face right
-    beside both ends of each; and thin, as their other faces show, or else the smaller part of the wall.
+    """Whether what stands ``back`` behind a wall's face are closed leaves: as wide as doors, the wall's face or that of
+    the next wall right beside both ends of each; and thin, as their other faces show, or else the smaller part of the
+    wall.
     """
     depth = -((back.ends() - wall.centre) @ wall.normal)
     if depth.max() > DEEPEST:
         return False
-    wall_like = columns.high >= 3
-    face_at = wall.columns[wall_like[wall.columns]]
-    along = np.sort((columns.xy[face_at] - wall.centre) @ wall.direction)
-    behind = (columns.xy[back.columns[wall_like[back.columns]]] - wall.centre) @ wall.direction
+    own, behind = _tall_along(wall, wall, columns), _tall_along(back, wall, columns)
     stretches = _stretches(behind)
     width = np.array([high - low for low, high in stretches])
     if not len(width) or (width < NARROWEST).any() or (width > WIDEST).any():
         return False
+    offset = columns.xy[columns.high >= 3] - wall.centre
+    jambs = offset[np.abs(offset @ wall.normal) < min(OFF_LINE, depth.min() / 2)] @ wall.direction
     for low, high in stretches:
-        before = along[(along > low + PLAN) & (along < high - PLAN)]
-        beside = (
-            ((along > low - JAMB) & (along <= low + PLAN)).any(),
-            ((along < high + JAMB) & (along >= high - PLAN)).any(),
-        )
-        if not all(beside) or covered_length(before, PLAN) > LITTLE * (high - low):
+        if not _has((low - JAMB, low + PLAN), jambs) or not _has((high - PLAN, high + JAMB), jambs):
+            return False
+        if covered_length(own[(own > low + PLAN) & (own < high - PLAN)], PLAN) > LITTLE * (high - low):
             return False
     thin = all(_is_thin(back, low, high, wall, faces) for low, high in stretches)
-    return thin or covered_length(along, PLAN) > float(width.sum())
+    return thin or covered_length(own, PLAN) > float(width.sum())
+
+
+def _tall_along(face: Face, wall: Face, columns: Columns) -> F64:
+    """Where along a wall's face, metres, a face's columns (n,) stand that reach the ceiling zone."""
+    at = face.columns[columns.high[face.columns] >= 3]
+    return (columns.xy[at] - wall.centre) @ wall.direction
+
+
+def _has(span: tuple[float, float], places: F64) -> bool:
+    """Whether a place (n,) lies within a span."""
+    return bool(((places > span[0]) & (places < span[1])).any())
 
 
 def _stretches(along: F64) -> list[tuple[float, float]]:
@@ -110,14 +126,17 @@ def without_open_leaves(faces: Sequence[Face], columns: Columns, main: float) ->
 def _is_open_leaf(leaf: Face, faces: Sequence[Face], columns: Columns, main: float) -> bool:
     """Whether a short face is that of a leaf: thin or askew, free at one end, and hung at the jamb of a gap."""
     backs = [f for f in faces if _is_back(leaf, f)]
-    if not backs and abs(turn_to(leaf.normal, main)) < SKEW:
+    skew = abs(turn_to(leaf.normal, main))
+    if not backs and (skew < SKEW or leaf.length < NARROWEST_LEAF or leaf.rms > PLANE):
         return False
     own = np.concatenate([leaf.columns, *(f.columns for f in backs)])
     others = columns.xy[np.setdiff1d(np.flatnonzero(columns.high >= 3), own)]
     walls = [f for f in faces if f is not leaf and not any(f is b for b in backs)]
     lengths = [leaf.length, *(f.length for f in backs)]
     for hinge, free in (leaf.ends(), leaf.ends()[::-1]):
-        if _is_free(hinge, free, others) and any(_hangs_in_gap(hinge, lengths, w, columns, others) for w in walls):
+        if _is_free(hinge, free, others) and any(
+            _hangs_in_gap(hinge, lengths, w, columns, others, whole=skew < CLEAR) for w in walls
+        ):
             return True
     return False
 
@@ -147,27 +166,38 @@ def _is_free(hinge: F64, free: F64, others: F64) -> bool:
     direction = (free - hinge) / np.linalg.norm(free - hinge)
     offset = others - free
     along, across = offset @ direction, offset @ np.array([-direction[1], direction[0]])
-    return not ((along > FREE[0]) & (along < FREE[1]) & (np.abs(across) < OFF_LINE)).any()
+    return not ((along > FREE[0]) & (along < FREE[1]) & (np.abs(across) < IN_LINE)).any()
 
 
-def _hangs_in_gap(hinge: F64, lengths: Sequence[float], wall: Face, columns: Columns, others: F64) -> bool:
-    """Whether a wall's face ends at a leaf's hinge and goes on, or meets the next wall, as far from there as one of the
-    leaf's faces is long, or twice as far where two leaves hang in one gap.
+def _hangs_in_gap(
+    hinge: F64, lengths: Sequence[float], wall: Face, columns: Columns, others: F64, *, whole: bool
+) -> bool:
+    """Whether a leaf's hinge is at an end of a gap in a wall's face, up to where that goes on or meets the next wall,
+    which is as wide as one of the leaf's faces is long, or twice as wide where two leaves hang in it; or wider if not
+    the ``whole`` leaf was seen.
     """
     at, off = (hinge - wall.centre) @ wall.direction, (hinge - wall.centre) @ wall.normal
-    if abs(off) > HINGE or not wall.low - HINGE < at < wall.high + HINGE:
+    if not -BEHIND < off < HINGE or not wall.low - HINGE < at < wall.high + HINGE:
         return False
-    wide = [leaves * length for leaves in (1, 2) for length in lengths]
     offset = others - wall.centre
     along, across = offset @ wall.direction, np.abs(offset @ wall.normal)
-    own = (columns.xy[wall.columns[columns.high[wall.columns] >= 3]] - wall.centre) @ wall.direction
-    for low, high in _stretches(own):
+    for low, high in _stretches(_tall_along(wall, wall, columns)):
         for jamb, outward in ((low, -1.0), (high, 1.0)):
-            if abs(at - jamb) > HINGE:
+            reach = (at - jamb) * outward
+            if not -HINGE < reach < WIDEST + HINGE:
                 continue
             ahead = (along - jamb) * outward
-            solid = ((ahead > PLAN) & (ahead < PART) & (across < ON_LINE)).any()
+            solid = ((ahead > 2 * PLAN) & (ahead < PART) & (across < ON_LINE)).any()
             gap = float(ahead[(ahead > PART) & (across < OFF_LINE)].min(initial=np.inf))
-            if not solid and any(-SHORTER < gap - width < LONGER for width in wide):
+            at_end = min(abs(reach), abs(reach - gap)) < HINGE
+            if not solid and at_end and _fits(gap, lengths, whole=whole):
                 return True
     return False
+
+
+def _fits(gap: float, lengths: Sequence[float], *, whole: bool) -> bool:
+    """Whether one leaf or two as long as one of ``lengths`` close a gap, or longer ones if less than the ``whole`` was
+    seen.
+    """
+    longer = LONGER if whole else WIDEST
+    return gap < WIDEST and any(-SHORTER < gap / n - length < longer for n in (1, 2) for length in lengths)

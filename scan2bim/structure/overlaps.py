@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from scan2bim.geometry.polygons import largest_part
+from scan2bim.geometry.polygons import largest_part, polygons_of
 from scan2bim.structure.axes import F64, Axis, AxisJoin
 
 PARALLEL = 0.9986
@@ -206,7 +206,7 @@ def up_to(space: Polygon, walls: Bodies, others: Sequence[Polygon] = ()) -> Poly
     if not len(bodies):
         return space
     near = shapely.union_all(bodies)
-    both = shapely.union(space, near, grid_size=SNAP)
+    both = shapely.union_all(polygons_of(shapely.union(space, near, grid_size=SNAP)))
     closed = both.buffer(BEFORE / 2, join_style="mitre").buffer(-BEFORE / 2, join_style="mitre")
     strips = [s for s in shapely.get_parts(shapely.difference(closed, both, grid_size=SNAP)) if s.intersects(space)]
     faces = near.boundary.buffer(2 * SNAP)

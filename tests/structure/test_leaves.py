@@ -55,6 +55,21 @@ def test_thin_leaves_side_by_side_are_closed_doors_though_little_is_left_of_the_
     assert len(at(far_wall(*spans, yaw=yaw), 0.4, 5.6, 3.0, yaw)) > 1
 
 
+@pytest.mark.parametrize("yaw", YAWS)
+def test_the_next_wall_right_beside_leaves_is_a_jamb_as_well(yaw: float) -> None:
+    ends = [(0.0, 2.1), (3.9, 6.0)]
+    across = [upright((2.95, 0), (2.95, 3), 0, 2.5), upright((3.05, 3), (3.05, 0), 0, 2.5)]
+    floor, ceiling, *walls = room(0, 0, 6, 3)
+    far = [upright((low, 3), (high, 3), 0, 2.5) for low, high in ends]
+    deep = [upright((low, 3.17), (high, 3.17), 0, 2.5) for low, high in ((2.1, 2.95), (3.05, 3.9))]
+    deep += [level(2.1, 3, 2.95, 3.17, z) for z in (0, 2.5)] + [level(3.05, 3, 3.9, 3.17, z) for z in (0, 2.5)]
+    west, east = ([w[w[:, 0] < 3] for w in (*far, *deep)], [w[w[:, 0] > 3] for w in (*far, *deep)])
+    parts = [[floor, ceiling, *walls[:2], walls[3], across[0], *west], [across[1], *east]]
+    faces = find_faces(plan(parts, [(1.5, 1.0), (4.5, 1.0)], yaw))
+    assert len(at(faces, 0.0, 6.0, 3.0, yaw)) == 1
+    assert not at(faces, 2.1, 3.9, 3.17, yaw)
+
+
 @pytest.mark.parametrize(("low", "high", "depth"), [(2.0, 4.0, 0.4), (1.5, 4.5, 0.15)])
 def test_what_stands_back_deeper_or_wider_than_a_door_is_a_niche(low: float, high: float, depth: float) -> None:
     faces = far_wall(((low, high), depth), yaw=0.3)

@@ -27,6 +27,8 @@ TALL_SIDES, SIDES_SHOWN = 0.5, 0.3
 """Share of each side of a door as high as the room that must be discontinuities on every face on which more than that
 share of the sides was seen: there is no head to tell it by.
 """
+BESIDE = 0.4
+"""Share of the wall beside it that must be seen in its plane to tell that a leaf stands back there."""
 ROUGH = 0.03
 """Metres, standard deviation of a side that is only known as a line of the image: half of a trim's width."""
 LEAF_THICKNESS = 0.04
@@ -120,10 +122,10 @@ def _are_leaves(left: Rectangle, right: Rectangle) -> bool:
 
 def is_tall_leaf(door: ClosedDoor) -> bool:
     """Whether a rectangle as high as the wall is a door, and no panel, curtain or wardrobe: every face on which its
-    sides were seen shows them, and on one of them a leaf stands back.
+    sides were seen shows them, and on one of them a leaf stands back behind the wall beside it.
     """
     shown = [e for e in door.evidence.values() if e.seen > UNSEEN and e.shown > SIDES_SHOWN]
-    back = max((e.recess for e in shown if np.isfinite(e.recess)), default=0.0)
+    back = max((e.recess for e in shown if np.isfinite(e.recess) and e.flank > BESIDE), default=0.0)
     return back > FLUSH and all(e.weakest > TALL_SIDES for e in shown)
 
 
