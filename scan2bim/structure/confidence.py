@@ -11,9 +11,12 @@ LONG = 3.0
 """Length, metres, from which on a longer wall is no surer."""
 ROUGH = 0.02
 """Root mean square distance, metres, of what is no plane."""
+USUAL, THICK = 0.4, 0.7
+"""Thicknesses, metres, from the first to the second of which it is ever less likely that no shaft, duct or niche lies
+between a wall's faces."""
 MANY = 4
 """Stations from which on further ones add nothing."""
-WEIGHTS = np.array([-4.06, 1.47, -2.53, 3.37, 4.1, 1.4, -3.29])
+WEIGHTS = np.array([-4.06, 1.47, -2.53, 3.37, 4.1, 1.4, -3.29, 0.0])
 """Fitted by ``tests/benchmarks/fit_walls.py``, in the order of ``features``."""
 LEAST, MOST = 0.02, 0.98
 """No probability outside these is stated."""
@@ -21,7 +24,7 @@ LEAST, MOST = 0.02, 0.98
 
 def features(wall: WallShape) -> NDArray[np.float64]:
     """What speaks for a wall, each 0 to 1, after a leading 1: coverage of its faces, roughness, length, ends that join
-    others, stations, and spaces on both sides of one seen face.
+    others, stations, spaces on both sides of one seen face, and an unusual thickness.
     """
     return np.array(
         [
@@ -32,6 +35,7 @@ def features(wall: WallShape) -> NDArray[np.float64]:
             len({join.at for join in wall.joins}) / 2,
             min(len(wall.stations) / MANY, 1.0),
             float(wall.thickness_sigma is None and bool(wall.left) and bool(wall.right)),
+            min(max((wall.thickness - USUAL) / (THICK - USUAL), 0.0), 1.0),
         ]
     )
 

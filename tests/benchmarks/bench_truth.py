@@ -66,6 +66,7 @@ def _wall(known: Known, number: int) -> WallTruth:
 
 
 def _opening(known: Known) -> Known:
+    """What all openings have; one in a storey that was not scanned has no sill."""
     return {
         "name": known["guid"],
         "storey": known["storey"] or "",
@@ -73,7 +74,7 @@ def _opening(known: Known) -> Known:
         "corners": _corners(known),
         "width": known["width"],
         "height": known["height"],
-        "sill": known["sill"],
+        "sill": 0.0 if known["sill"] is None else known["sill"],
         "occlusion": 1 - known["visible"] if known["observable"] else 1.0,
     }
 
