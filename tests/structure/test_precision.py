@@ -71,5 +71,6 @@ def test_less_evidence_makes_a_wall_less_sure_within_bounds() -> None:
     assert probability(replace(free, coverage=0.2)) < sure
     assert probability(replace(free, rms=0.02)) < sure
     assert probability(replace(free, end=(0.4, 0.0))) < sure
+    assert probability(replace(free, thickness=0.65)) < probability(replace(free, thickness=0.4)) == sure
     worst = replace(WALL, end=(0.3, 0.0), joins=(), coverage=0.0, rms=0.03, stations=(), thickness_sigma=None)
     assert LEAST <= probability(worst) < 0.5
