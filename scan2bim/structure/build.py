@@ -27,7 +27,7 @@ from scan2bim.structure.flooring import Flooring, flooring_of, split_at_floors
 from scan2bim.structure.orientation import in_survey
 from scan2bim.structure.overlaps import Bodies, clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
-from scan2bim.structure.pillars import column_of, find_pillars, without_pillars
+from scan2bim.structure.pillars import column_of, find_pillars, without_pillars, without_posts
 from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import Lintel, split_at_portals, under_lintel
 from scan2bim.structure.precision import wall_sigmas
@@ -112,7 +112,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         if pillars or beams:
             plan = without_pillars(without_beams(plan, beams), pillars)
             walls = find_faces(plan)
-        found = [as_glass(f, plan, near) for f in walls]
+        found = [as_glass(f, plan, near) for f in without_posts(walls, [s.outline for s in (*below, *stairs)])]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(below, plan)

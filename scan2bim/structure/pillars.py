@@ -15,11 +15,12 @@ import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry import Polygon
+from shapely.geometry import LineString, Polygon
 
 from scan2bim.cloud.surfels import PLAN, TALL
 from scan2bim.geometry.raster import closed
 from scan2bim.geometry.sections import Section, fit_circle, fit_rectangle
+from scan2bim.structure.faces import Face
 from scan2bim.structure.plan import Plan, pixels_in
 from scan2bim.structure.shapes import ColumnShape, ring_of
 
@@ -57,6 +58,10 @@ doors are lower, and nobody passes under lower beams.
 """
 RING = (0.10, 0.30)
 """Inner and outer distance, metres, of that ring from the outline."""
+LONGEST_POST = 0.8
+"""Length, metres, of the longest face in a stair that is no wall: others have walls between their flights."""
+POST_BESIDE = 0.1
+"""Metres by which such a face may stand out of the stair's outline: a stringer does."""
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -224,3 +229,9 @@ def _stands_free(plan: Plan, pillar: Pillar) -> bool:
     seen = closed(plan.ceiling | plan.floor | plan.soffit, SHADOW) > 0
     share = float(np.mean(seen[ring])) if ring.any() else 0.0
     return share > (BESIDE if pillar.coverage > ALL_SIDES else ROUND_ABOUT)
+
+
+def without_posts(faces: Sequence[Face], stairs: Sequence[Polygon]) -> list[Face]:
+    """Faces less the short ones in ``stairs``: newels, stringers and balusters."""
+    whole = shapely.union_all(stairs).buffer(POST_BESIDE)
+    return [f for f in faces if f.length > LONGEST_POST or not whole.contains(LineString(f.ends()))]

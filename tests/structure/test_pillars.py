@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from members import HEIGHT, YAW, post, room_of, round_post
 from modelled import Modelled, modelled, overlap, true_spaces
-from shapely.geometry import Point, Polygon
+from shapely.geometry import Point, Polygon, box
 from synthetic import scanned
 
 from scan2bim.geometry.sections import fit_circle, fit_rectangle
 from scan2bim.simulate import furniture
 from scan2bim.simulate.scanner import ScannerSpec
 from scan2bim.simulate.scene import Box, DoorSpec, Point2, WallSpec
+from scan2bim.structure.faces import Face
+from scan2bim.structure.pillars import without_posts
 
 SPEC = ScannerSpec(step=math.radians(0.5))
 SQUARE, OBLIQUE, ROUND, BESIDE = (2.6, 3.2), (5.0, 4.9), (7.6, 3.0), (5.2, 1.7)
@@ -124,3 +126,13 @@ def test_sections_are_fitted_to_half_of_their_outline() -> None:
     rectangle = fit_rectangle(corner, np.ones(18), 0.02)
     assert rectangle.centre == pytest.approx([0.15, 0.25], abs=0.02)
     assert rectangle.sides == 2
+
+
+def test_the_newel_of_a_stair_is_no_wall_but_what_parts_its_flights_is_one() -> None:
+    up = np.array([0.0, 1.0])
+    newel, between, beside = (
+        Face(np.array(at), up, 0.0, length, np.zeros(0, np.int64), 0.003, length, True)
+        for at, length in (((1.0, 1.0), 0.5), ((0.2, 1.0), 1.6), ((2.3, 1.0), 0.5))
+    )
+    assert without_posts([newel, between, beside], [box(0, 0, 2, 2)]) == [between, beside]
+    assert without_posts([newel], []) == [newel]
