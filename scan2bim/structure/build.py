@@ -262,7 +262,7 @@ def has_floor(space: Polygon, plan: Plan) -> bool:
     on_podium = height[(height > 0) & (height < PODIUM)]
     same = np.convolve(np.bincount((on_podium / LEVEL_STEP).astype(np.int64), minlength=3), np.ones(3))
     raised = float(same.max()) > LEAST_RAISED * np.count_nonzero(inside)
-    return plan.levels.sigma is None or raised or bool(plan.floor[inside].mean() > LEAST_FLOOR)
+    return plan.levels.sigma is None or raised or bool((plan.floor | plan.things)[inside].mean() > LEAST_FLOOR)
 
 
 def _stair(stair: FoundStair) -> StairShape:

@@ -21,6 +21,10 @@ from scan2bim.structure.plan import Plan
 
 LEAST_MEAN = 0.35
 """Least mean evidence per square metre of a space: outdoors, seen through panes, reaches less."""
+ENCLOSED = 0.7
+"""Share of its border on which walls must have been seen for a space to need no such evidence, where no ceiling was
+scanned: a hall of which the floor was not either.
+"""
 SLIT = 0.03
 """Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
 NECK = 0.12
@@ -51,7 +55,7 @@ def find_spaces(
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score)
     inside = label_cells(cells)
-    return _merged(cells, inside), tuple(lintels)
+    return _merged(cells, inside, ENCLOSED if not plan.ceiling.any() else np.inf), tuple(lintels)
 
 
 def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
@@ -60,14 +64,18 @@ def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
     return looked_through(plan.origin, plan.floor.shape, panoramas, height)
 
 
-def _merged(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled."""
-    joined = inside[cells.edges].all(1) & (cells.parted < 0.5)
+def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float) -> tuple[Polygon, ...]:
+    """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled; without
+    enough evidence only where walls were seen on that much of the border.
+    """
+    wide = np.linalg.norm(cells.ends[:, 1] - cells.ends[:, 0], axis=1) > 2 * SLIT
+    joined = inside[cells.edges].all(1) & (cells.parted < 0.5) & wide
     label = connected_parts(len(cells.polygons), cells.edges[joined])
     spaces: list[Polygon] = []
     for number in np.unique(label[inside]):
         members = inside & (label == number)
-        if cells.evidence[members].sum() < LEAST_MEAN * shapely.area(cells.polygons[members]).sum():
+        area = shapely.area(cells.polygons[members]).sum()
+        if cells.evidence[members].sum() < LEAST_MEAN * area and _seen_round(cells, members) < enclosed:
             continue
         merged = shapely.union_all(cells.polygons[members], grid_size=1e-6)
         without_slits = merged.buffer(SLIT, join_style="mitre").buffer(-SLIT - NECK, join_style="mitre")
@@ -75,6 +83,13 @@ def _merged(cells: Cells, inside: NDArray[np.bool_]) -> tuple[Polygon, ...]:
         parts = [p for part in shapely.get_parts(solid) for p in parted_at_necks(part)]
         spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
     return tuple(sorted(spaces, key=lambda p: -p.area))
+
+
+def _seen_round(cells: Cells, members: NDArray[np.bool_]) -> float:
+    """Share of the border of some of the cells (c,) on which faces were seen."""
+    rim = members[cells.edges].sum(1) == 1
+    length = np.linalg.norm(cells.ends[rim, 1] - cells.ends[rim, 0], axis=1)
+    return float((length * cells.parted[rim]).sum() / max(float(length.sum()), 1e-9))
 
 
 def parted_at_necks(polygon: Polygon) -> list[Polygon]:

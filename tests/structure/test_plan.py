@@ -75,3 +75,11 @@ def test_a_lintel_parts_rooms_where_the_scan_was_cut_below_the_ceiling() -> None
     assert plan.levels.ceiling is None and abs(plan.levels.top - cut) < 0.06
     assert not plan.ceiling.any()
     assert sorted(round(s.area) for s in find_spaces(plan, find_faces(plan), [])[0]) == [16, 16]
+
+
+def test_a_hall_without_floor_is_a_space_where_walls_enclose_it() -> None:
+    rooms = [*room(0, 0, 6, 4, ceiling=None), *room(6.1, 0, 12, 4, ceiling=None)[1:]]
+    table = level(9, 1.5, 10, 2.5, 0.75)
+    for parts, expected in ([*rooms, table], 2), ([*rooms[:6], table], 1):
+        plan = plan_from(parts, [99] * len(parts), [[np.nan] * 3], 2.5)
+        assert len([s for s in find_spaces(plan, find_faces(plan), [])[0] if has_floor(s, plan)]) == expected
