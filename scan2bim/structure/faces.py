@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
-from scan2bim.structure.fits import BAND, Face, fit_line, settled
+from scan2bim.structure.fits import BAND, SPARSE, Face, fit_line, settled
 from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
 from scan2bim.structure.plan import Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
@@ -33,7 +33,7 @@ DEEPEST_RECESS = 0.6
 RECESS, JAMB = 0.03, 0.3
 """Metres that what stands in a recess lies behind the wall at least, and beside the wall's end at most."""
 TALL = 0.6
-"""Share of its length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
+"""Share of what was seen of its length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
 NOT_TALL = 0.15
 """Share of such a stretch, at most, on which the face before it does so: cupboards in line with the wall."""
 SAME_LEVEL = 0.04
@@ -141,7 +141,7 @@ def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
     screens and cupboards before a nook, in line with the walls beside it.
     """
     out: list[Face] = []
-    backs = Lines.of([back for back in faces if back.tall >= max(TALL * back.length, LEAST_NOOK)])
+    backs = Lines.of([back for back in faces if back.tall >= max(TALL * _seen(plan, back), LEAST_NOOK)])
     for face in faces:
         parts = [face]
         for back in backs.behind(face):
@@ -152,6 +152,12 @@ def _without_fillings(plan: Plan, faces: Sequence[Face]) -> list[Face]:
             parts = [p for some in split for p in some]
         out += parts
     return out
+
+
+def _seen(plan: Plan, face: Face) -> float:
+    """Metres of a face on which anything was seen of it."""
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
+    return covered_length(along, SPARSE if face.sided else PLAN)
 
 
 def _filled(plan: Plan, face: Face, back: Face) -> bool:
