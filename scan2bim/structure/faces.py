@@ -33,7 +33,7 @@ DEEPEST_RECESS = 0.6
 RECESS, JAMB = 0.03, 0.3
 """Metres that what stands in a recess lies behind the wall at least, and beside the wall's end at most."""
 TALL = 0.6
-"""Share of what was seen of its length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
+"""Share of its seen length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
 NOT_TALL = 0.15
 """Share of such a stretch, at most, on which the face before it does so: cupboards in line with the wall."""
 SAME_LEVEL = 0.04
