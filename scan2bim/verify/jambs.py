@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.verify.detected import Detected
+from scan2bim.verify.detected import CERTAIN, Detected
 from scan2bim.verify.fits import robust_plane
 from scan2bim.verify.outlines import BESIDE, LINING, ON, Outline, Side
 from scan2bim.verify.patches import Gap
@@ -152,8 +152,12 @@ def detected_change(gap: Gap, found: Detected | None) -> Change:
     if found is None:
         return Change(None, None)
     shift, width = float((found.middle[:2] - gap.middle[:2]) @ gap.along), found.width - gap.width
-    near, far = sorted((width / 2 - shift, width / 2 + shift), key=abs)  # metres outwards of the drawn sides
-    if found.tells_place and far > 2 * LINING and abs(near) < LINING:
-        return Change(float(np.copysign(far / 2, shift)), far)
-    moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.tells_place
+    if found.kind == "window" and found.confidence > CERTAIN:
+        # Curtains hide a part of a window and never widen it; they shift its middle by half of what they hide.
+        near, far = sorted((width / 2 - shift, width / 2 + shift), key=abs)  # metres outwards of the drawn sides
+        if far > LINING + WIDER and abs(near) < WIDER:
+            return Change(float(np.copysign(far / 2, shift)), far)
+        moved = abs(shift) > max(2 * MOVED, abs(width))
+    else:
+        moved = abs(shift) > MOVED and abs(width) < 2 * FRAME and found.tells_place
     return Change(shift if moved else 0.0, 0.0)
