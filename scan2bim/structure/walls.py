@@ -37,6 +37,8 @@ IN_OTHERS = 0.5
 """Share of its area that lies in others then."""
 BRIDGE = 1.2
 """Gap, metres, across which walls in one line are one wall, if no space lies in it."""
+DOORWAY = 0.3
+"""Distance, metres, on both sides of a virtual border within which walls in one line go on across a gap of a door."""
 LONGEST_PIER, DEEPEST = 6.0, 0.6
 """Length, metres, of piers, and how far they stand before a wall, behind which it goes on."""
 SOLID = 2.5
@@ -86,7 +88,7 @@ def find_walls(
     near = _neighbours([np.array([b.start, b.start + b.direction * b.length]) for b in borders], THICKEST + 0.01)
     pieces = [piece for number in range(len(borders)) for piece in _pieces(number, borders, near[number], sole, panes)]
     pieces = [p for p in pieces if p.measured or not on_cut(np.array([p.start, p.end]) + p.inset, cuts)]
-    axes = _merge(pieces, spaces)
+    axes = _merge(pieces, spaces, cuts)
     if seen_share is not None:
         axes = [a for a in axes if a.measured or seen_share(a) >= LEAST_SEEN]
     axes = [a for a in axes if a.length >= (0.15 if a.measured else SHORTEST)]
@@ -197,9 +199,13 @@ def _double(own: _Border, other: _Border, low: float, high: float, distance: flo
     )
 
 
-def _merge(pieces: list[Axis], spaces: Sequence[Polygon]) -> list[Axis]:
-    """Pieces in one line become one wall, the longest first, until nothing merges."""
+def _merge(pieces: list[Axis], spaces: Sequence[Polygon], cuts: Sequence[LineString]) -> list[Axis]:
+    """Pieces in one line become one wall, the longest first, until nothing merges: also across doorways as high as the
+    room, in which spaces meet at a virtual border of the ``cuts``.
+    """
     obstacle = shapely.union_all([s.buffer(-0.02) for s in spaces]) if spaces else Polygon()
+    doorways = [cut.buffer(DOORWAY, cap_style="square") for cut in cuts]
+    obstacle = shapely.difference(obstacle, shapely.union_all(doorways)) if doorways else obstacle
     shapely.prepare(obstacle)
     while True:
         pieces = sorted(pieces, key=lambda a: -a.length)

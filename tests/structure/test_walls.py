@@ -161,3 +161,15 @@ def test_the_sides_of_a_window_recess_are_no_walls() -> None:
     walls, _ = find_walls([recess], sole=OneFaced(0.45))
     across = [w for w in walls if abs(w.direction[1]) > 0.9]
     assert sorted(round(w.length, 1) for w in across) == [4.4, 4.4]
+
+
+def test_a_wall_goes_on_across_a_doorway_in_which_spaces_meet() -> None:
+    west = shapely.Polygon([(0, 0), (4, 0), (4, 1), (4.1, 1), (4.1, 1.9), (4, 1.9), (4, 4), (0, 4)])
+    east = shapely.box(4.1, 0, 8, 4)
+    meeting = shapely.LineString([(4.1, 1), (4.1, 1.9)])
+    between = [a for a in find_walls([west, east], [meeting])[0] if a.measured]
+    assert [round(a.length, 1) for a in between] == [pytest.approx(4.0, abs=0.4)]
+    wide = shapely.Polygon([(0, 0), (4, 0), (4, 1), (4.1, 1), (4.1, 2.6), (4, 2.6), (4, 4), (0, 4)])
+    assert (
+        len([a for a in find_walls([wide, east], [shapely.LineString([(4.1, 1), (4.1, 2.6)])])[0] if a.measured]) == 2
+    )
