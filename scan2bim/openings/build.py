@@ -284,6 +284,8 @@ def _one_of_two(leaf: OpeningShape, doorway: OpeningShape) -> bool:
 def _surer_window(window: OpeningShape, door: OpeningShape) -> bool:
     """Whether a window is in the place of a closed door, and surer by far."""
     same = (window.storey, window.wall) == (door.storey, door.wall) and _overlap(window, door)
+    inner = min(window.offset + window.width, door.offset + door.width) - max(window.offset, door.offset)
+    same &= inner > STRIP * min(window.width, door.width)
     return window.kind == "window" and same and window.confidence > door.confidence + SURER
 
 

@@ -83,3 +83,12 @@ def test_a_rectangle_up_to_a_low_ceiling_holds_a_door_if_its_head_was_seen() -> 
     assert has_head(tall, [beside, headed])
     assert not has_head(tall, [beside])
     assert not has_head(tall, [replace(headed, probability=0.2)])
+
+
+@pytest.mark.parametrize(("offset", "kept"), [(1.85, ["door", "window"]), (1.2, ["window"])])
+def test_a_surer_window_replaces_a_closed_door_in_its_place_and_not_one_beside_it(
+    offset: float, kept: list[str]
+) -> None:
+    window = replace(DOORWAY, kind="window", state="unknown", offset=offset, width=1.0, sill=0.1, angle=None)
+    door = replace(LEAF, offset=1.0, width=0.9, confidence=0.7)
+    assert [o.kind for o in without_overlaps([window, door], [STOREY])] == kept

@@ -40,6 +40,8 @@ NEARER = 0.02
 HINGE: dict[str, Literal["start", "end"]] = {"start": "end", "end": "start"}
 """The hinge side by the handle's."""
 SIDES: tuple[Side, Side] = ("left", "right")
+PART = 0.1
+"""Share of its rank that a rectangle loses whose head goes on beyond it: furniture beside it has level lines, too."""
 SAME_SIDES, WHOLE_HEAD = 0.75, 0.9
 """Overlap along the wall from which on two rectangles are of one door, a trim more or less, and share of a head that
 shows it."""
@@ -64,11 +66,14 @@ class ClosedDoor:
 
     @property
     def rank(self) -> float:
-        """How it stands against others that it overlaps: probable, holding nothing but a leaf, and with one change on
-        both sides and the head, as a line beside the door is another one.
+        """How it stands against others that it overlaps: probable, holding nothing but a leaf, with one change on both
+        sides and the head, as a line beside the door is another one, and a head that ends with it, as that of a part
+        does not.
         """
-        agree = max((e.agree for e in self.evidence.values() if not e.loose), default=0.0)
-        return self.probability * self.whole * (1 + agree) / 2
+        firm = [e for e in self.evidence.values() if not e.loose]
+        agree = max((e.agree for e in firm), default=0.0)
+        onward = max(firm, key=lambda e: e.support).onward if firm else 0.0
+        return self.probability * self.whole * (1 + agree) / 2 * (1 - PART * onward)
 
     @property
     def whole(self) -> float:
