@@ -112,7 +112,8 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         if pillars or beams:
             plan = without_pillars(without_beams(plan, beams), pillars)
             walls = find_faces(plan)
-        found = [as_glass(f, plan, near) for f in without_posts(walls, [s.outline for s in (*below, *stairs)])]
+        spirals = [s.outline for s in (*below, *stairs) if s.kind == "spiral"]
+        found = [as_glass(f, plan, near) for f in without_posts(walls, spirals)]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)
         wells = wells_of(below, plan)

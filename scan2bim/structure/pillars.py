@@ -59,7 +59,7 @@ doors are lower, and nobody passes under lower beams.
 RING = (0.10, 0.30)
 """Inner and outer distance, metres, of that ring from the outline."""
 LONGEST_POST = 0.8
-"""Length, metres, of the longest face in a stair that is no wall: others have walls between their flights."""
+"""Length, metres, of the longest face in a spiral stair that is no wall."""
 POST_BESIDE = 0.1
 """Metres by which such a face may stand out of the stair's outline: a stringer does."""
 F64 = NDArray[np.float64]
@@ -231,7 +231,7 @@ def _stands_free(plan: Plan, pillar: Pillar) -> bool:
     return share > (BESIDE if pillar.coverage > ALL_SIDES else ROUND_ABOUT)
 
 
-def without_posts(faces: Sequence[Face], stairs: Sequence[Polygon]) -> list[Face]:
-    """Faces less the short ones in ``stairs``: newels, stringers and balusters."""
-    whole = shapely.union_all(stairs).buffer(POST_BESIDE)
+def without_posts(faces: Sequence[Face], spirals: Sequence[Polygon]) -> list[Face]:
+    """Faces less the short ones in spiral stairs: newels, stringers and balusters. Along straight ones stand walls."""
+    whole = shapely.union_all(spirals).buffer(POST_BESIDE)
     return [f for f in faces if f.length > LONGEST_POST or not whole.contains(LineString(f.ends()))]

@@ -25,6 +25,8 @@ ENCLOSED = 0.7
 """Share of its border on which walls must have been seen for a space to need no such evidence, where no ceiling was
 scanned: a hall of which the floor was not either.
 """
+LEAST_PART = 0.25
+"""Square metres below which nobody stands: what was cut off by lines that nearly coincide."""
 SLIT = 0.03
 """Half-width, metres, of slits in a space that are closed: door leaves and curtains that stand in it."""
 NECK = 0.12
@@ -68,9 +70,7 @@ def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float) -> tuple[P
     """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled; without
     enough evidence only where walls were seen on that much of the border.
     """
-    wide = np.linalg.norm(cells.ends[:, 1] - cells.ends[:, 0], axis=1) > 2 * SLIT
-    joined = inside[cells.edges].all(1) & (cells.parted < 0.5) & wide
-    label = connected_parts(len(cells.polygons), cells.edges[joined])
+    label = joined(cells, inside)
     spaces: list[Polygon] = []
     for number in np.unique(label[inside]):
         members = inside & (label == number)
@@ -83,6 +83,31 @@ def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float) -> tuple[P
         parts = [p for part in shapely.get_parts(solid) for p in parted_at_necks(part)]
         spaces += [_tidy(p) for p in parts if p.area > 0.8 and not p.buffer(-0.25).is_empty]
     return tuple(sorted(spaces, key=lambda p: -p.area))
+
+
+def joined(cells: Cells, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The part (c,) that each cell belongs to: cells inside are one where no face was seen between them. A border of a
+    slit's width in all joins no two rooms, but what is too small for a room goes with the neighbour that it borders on
+    most: lines that nearly coincide leave slivers.
+    """
+    between = inside[cells.edges].all(1) & (cells.parted < 0.5)
+    edges, length = cells.edges[between], np.linalg.norm(cells.ends[between, 1] - cells.ends[between, 0], axis=1)
+    area = shapely.area(cells.polygons)
+    label = connected_parts(len(area), edges[length > 2 * SLIT])
+    while True:
+        pair = np.sort(label[edges], axis=1)
+        apart = pair[:, 0] != pair[:, 1]
+        pairs, at = np.unique(pair[apart], axis=0, return_inverse=True)
+        border = np.bincount(at.ravel(), length[apart], len(pairs))
+        size = np.bincount(label, area)
+        best = np.full(len(size), -1)
+        for k in np.argsort(border, kind="stable"):
+            best[pairs[k]] = k
+        goes = best[(best >= 0) & (size < LEAST_PART)]
+        told = np.union1d(goes, np.flatnonzero(border > 2 * SLIT))
+        if not len(told):
+            return label
+        label = connected_parts(len(size), pairs[told])[label]
 
 
 def _seen_round(cells: Cells, members: NDArray[np.bool_]) -> float:

@@ -128,7 +128,7 @@ def test_sections_are_fitted_to_half_of_their_outline() -> None:
     assert rectangle.sides == 2
 
 
-def test_the_newel_of_a_stair_is_no_wall_but_what_parts_its_flights_is_one() -> None:
+def test_the_newel_of_a_spiral_stair_is_no_wall_but_a_longer_one_in_it_is() -> None:
     up = np.array([0.0, 1.0])
     newel, between, beside = (
         Face(np.array(at), up, 0.0, length, np.zeros(0, np.int64), 0.003, length, True)

@@ -9,9 +9,10 @@ from shapely import box
 from surfaces import F64, level, room, surfels_of, upright
 
 from scan2bim.structure.build import has_floor
+from scan2bim.structure.cells import Cells
 from scan2bim.structure.faces import find_faces
 from scan2bim.structure.plan import Plan, plan_of
-from scan2bim.structure.spaces import find_spaces
+from scan2bim.structure.spaces import find_spaces, joined
 from scan2bim.structure.storeys import StoreyLevels, layers_of
 
 
@@ -83,3 +84,15 @@ def test_a_hall_without_floor_is_a_space_where_walls_enclose_it() -> None:
     for parts, expected in ([*rooms, table], 2), ([*rooms[:6], table], 1):
         plan = plan_from(parts, [99] * len(parts), [[np.nan] * 3], 2.5)
         assert len([s for s in find_spaces(plan, find_faces(plan), [])[0] if has_floor(s, plan)]) == expected
+
+
+def test_slivers_go_with_the_room_that_they_border_on_and_join_no_two() -> None:
+    """Two rooms, of which a sliver of a few millimetres between lines that nearly coincide touches both."""
+    rooms = [box(0, 0, 4, 4), box(4.1, 0, 8, 4), box(4, 0, 4.05, 0.04), box(4.05, 0, 4.1, 0.04)]
+    ends = np.array([[[4, 0], [4, 0.04]], [[4.05, 0], [4.05, 0.04]], [[4.1, 0], [4.1, 0.04]]])
+    edges = np.array([[0, 2], [2, 3], [3, 1]])
+    bare = np.zeros(3)
+    cells = Cells(np.array(rooms, object), edges, ends, bare, bare, np.ones(4))
+    label = joined(cells, np.ones(4, bool))
+    assert label[0] != label[1]
+    assert set(label[2:]) <= {label[0], label[1]}
