@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scan2bim.openings.build import without_overlaps
-from scan2bim.openings.closed.find import closed_doors, has_head, judged
+from scan2bim.openings.closed.find import closed_doors, head_of, judged
 from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.orthoimage import Orthoimage
 from scan2bim.openings.shapes import OpeningShape
@@ -80,9 +80,9 @@ def test_a_rectangle_up_to_a_low_ceiling_holds_a_door_if_its_head_was_seen() -> 
     tall = replace(judged(faces, Rectangle(1.0, 1.9, 2.6, True)), probability=0.99)
     headed = replace(judged(faces, Rectangle(1.0, 1.9, 2.04)), probability=0.7)
     beside = replace(judged(faces, Rectangle(2.5, 3.4, 2.04)), probability=0.7)
-    assert has_head(tall, [beside, headed])
-    assert not has_head(tall, [beside])
-    assert not has_head(tall, [replace(headed, probability=0.2)])
+    assert head_of(tall, [beside, headed]) is headed
+    assert head_of(tall, [beside]) is None
+    assert head_of(tall, [replace(headed, probability=0.2)]) is None
 
 
 @pytest.mark.parametrize(("offset", "kept"), [(1.85, ["door", "window"]), (1.2, ["window"])])

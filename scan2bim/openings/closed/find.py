@@ -101,8 +101,17 @@ def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall."""
     found = [judged(faces, box) for box in candidates(faces)]
     headed = [d for d in found if not d.box.whole]
-    tall = [d for d in found if d.box.whole and is_tall_leaf(d) and not has_head(d, headed)]
+    tall = [_headed(faces, d, headed) for d in found if d.box.whole and is_tall_leaf(d)]
     return paired(faces, kept([*headed, *tall]))
+
+
+def _headed(faces: Sequence[Face], tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> ClosedDoor:
+    """A rectangle as high as the wall, down to its door's head where that was seen: its sides may be the surer ones."""
+    door = head_of(tall, headed)
+    if door is None:
+        return tall
+    below = judged(faces, Rectangle(tall.box.left, tall.box.right, door.box.top))
+    return replace(below, probability=max(below.probability, door.probability))
 
 
 def paired(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
@@ -134,17 +143,18 @@ def is_tall_leaf(door: ClosedDoor) -> bool:
     return back > FLUSH and all(e.weakest > TALL_SIDES for e in shown)
 
 
-def has_head(tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> bool:
-    """Whether a rectangle as high as the wall holds a door whose head was seen below, all of it: under low ceilings
-    little wall is left above.
+def head_of(tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> ClosedDoor | None:
+    """The best door in a rectangle as high as the wall whose head was seen below, all of it: under low ceilings little
+    wall is left above.
     """
+    found: list[ClosedDoor] = []
     for door in headed:
         inner = min(tall.box.right, door.box.right) - max(tall.box.left, door.box.left)
         outer = max(tall.box.right, door.box.right) - min(tall.box.left, door.box.left)
         head = max((e.head for e in door.evidence.values() if not e.loose), default=0.0)
         if inner > SAME_SIDES * outer and head > WHOLE_HEAD and door.confidence >= ACCEPTED:
-            return True
-    return False
+            found.append(door)
+    return max(found, key=lambda d: d.rank, default=None)
 
 
 def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:
