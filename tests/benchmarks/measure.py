@@ -103,9 +103,12 @@ class _MemoryWatch:
 def _family(pid: int) -> Iterator[int]:
     """The process and all its descendants."""
     yield pid
-    for children in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in _read(children).split():
-            yield from _family(int(child))
+    try:
+        found = " ".join(_read(children) for children in Path(f"/proc/{pid}/task").glob("*/children"))
+    except OSError:  # the process has ended
+        return
+    for child in found.split():
+        yield from _family(int(child))
 
 
 def _resident(pid: int) -> tuple[float, float]:
