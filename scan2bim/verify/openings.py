@@ -18,7 +18,7 @@ from scan2bim.verify.outlines import Outline, Profiles, find_extent, find_outlin
 from scan2bim.verify.outlines import Side as JambSide
 from scan2bim.verify.patches import Gap
 from scan2bim.verify.result import ElementResult, OpeningResult, Status
-from scan2bim.verify.status import Surface
+from scan2bim.verify.status import Surface, result_of
 from scan2bim.verify.visibility import BLOCKED, LOOKED_THROUGH, SAW, VISIBLE
 
 F64 = NDArray[np.float64]
@@ -104,7 +104,7 @@ def judge_openings(
         tolerance = tolerances[place[element.guid]]
         number = gap_of.get(element.guid)
         if number is None:
-            results.append(_result(element, tolerance, "not_applicable", "It stands in no opening of a wall.", None))
+            results.append(result_of(element, "not_applicable", "It stands in no opening of a wall.", tolerance))
             continue
         found = context.detected[pairs[number]] if number in pairs else None
         results.append(_judge(context, number, element, tolerance, found))
@@ -171,7 +171,7 @@ def _judge(
     status, reason = _status(opening, sides)
     if opening.other_swing:
         reason += f" Its leaf {otherwise}."
-    return _result(element, tolerance, status, reason, opening)
+    return result_of(element, status, reason, tolerance).model_copy(update={"opening": opening})
 
 
 def _outline(context: OpeningContext, number: int, found: Detected | None) -> Outline | None:
@@ -321,21 +321,6 @@ def _status(opening: OpeningResult, sides: Sequence[Side]) -> tuple[Status, str]
 
 def _than(change: float) -> str:
     return "wider" if change > 0 else "narrower"
-
-
-def _result(
-    element: ModelElement, tolerance: float, status: Status, reason: str, opening: OpeningResult | None
-) -> ElementResult:
-    return ElementResult(
-        guid=element.guid,
-        ifc_class=element.ifc_class,
-        name=element.name,
-        storey=element.storey,
-        status=status,
-        reason=reason,
-        tolerance=tolerance,
-        opening=opening,
-    )
 
 
 def placed_gap(gap: Gap, matrix: F64, anchor: F64) -> Gap:

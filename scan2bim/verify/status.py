@@ -91,10 +91,10 @@ def judge_elements(
 
 
 def _beyond(element: ModelElement, area: float, tolerance: float) -> ElementResult:
-    return _result(element, "not_enough_data", "It lies beyond what the scans reach.", tolerance, area)
+    return result_of(element, "not_enough_data", "It lies beyond what the scans reach.", tolerance, area)
 
 
-def _result(element: ModelElement, status: Status, reason: str, tolerance: float, area: float) -> ElementResult:
+def result_of(element: ModelElement, status: Status, reason: str, tolerance: float, area: float = 0.0) -> ElementResult:
     """What is said of an element of which nothing was measured; ``area`` in m2."""
     return ElementResult(
         guid=element.guid,
@@ -115,7 +115,7 @@ def _judge(
     area = table.area(cells)
     glass = table.glass[table.cell_face[cells]]
     reason = "It has no surface that a scanner resolves."
-    base = _result(element, "not_applicable", reason, tolerance, float(area.sum()))
+    base = result_of(element, "not_applicable", reason, tolerance, float(area.sum()))
     if not len(cells):
         return base
     if glass.all():

@@ -8,7 +8,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.closed.contrast import BLOCK, SIGNIFICANT, Contrast
+from scan2bim.openings.closed.contrast import SIGNIFICANT, Contrast
 
 LEAST_SEEN = 0.15
 """Share of a line that must be seen to tell anything of it: furniture hides most of some doors' sides."""
@@ -167,8 +167,3 @@ def middles(places: I64) -> I64:
     first = np.append(True, np.diff(places) > 1)
     last = np.append(first[1:], True)
     return (places[first] + places[last]) // 2
-
-
-def pieces_of(low: float, high: float, pixel: float) -> tuple[int, int]:
-    """The pieces that lie between two places, metres."""
-    return int(np.ceil(low / (BLOCK * pixel) - 1e-6)), int(np.floor(high / (BLOCK * pixel) + 1e-6))
