@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from scan2bim.assemble_linings import with_linings
 from scan2bim.assemble_members import beams_of, columns_of, linear, seen_by
 from scan2bim.assemble_plates import coverings_of, elevation_of, roofs_of, slabs_of, stairs_of
 from scan2bim.cloud.frame import SurveyFrame
@@ -48,7 +49,7 @@ def assemble_building(
 ) -> Building:
     """The semantic model. ``name`` is the building's for people; ids come from geometry and survive a rerun."""
     structure = StructureShape.load(structure_folder / "structure.json")
-    openings = load_openings(openings_folder / "openings.json")
+    structure, openings = with_linings(structure, load_openings(openings_folder / "openings.json"))
     summaries = [ScanSummary.load(f) for f in scan_folders]
     sources = _sources(headers, summaries)
     storeys = tuple(_storey(i, structure, openings, sources) for i in range(len(structure.storeys)))
@@ -156,6 +157,8 @@ def _wall(
     measured = shape.thickness_sigma is not None
     faces = "both faces" if shape.faces == 2 else "one face"
     how = "; thickness from rays through its openings" if measured else "; thickness assumed"
+    if shape.layer_of is not None:
+        how = f"; a layer of {shape.layer_of:.3f} m, as the walls in its line tell; thickness assumed"
     return Wall(
         id=ids[index],
         name=f"Wall {number}.{index + 1:02d}",
@@ -185,7 +188,7 @@ def _wall(
         ),
         profile=shape.profile,
         bulge=shape.bulge,
-        external=None if shape.faces == 2 else True,
+        external=None if shape.faces == 2 or shape.layer_of is not None else True,
         left_spaces=tuple(space_ids[s] for s in shape.left),
         right_spaces=tuple(space_ids[s] for s in shape.right),
         joins=tuple(

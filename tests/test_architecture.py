@@ -49,6 +49,7 @@ LAYER_OF_MODULE = {
             "scan_points",
             "scan_voxels",
             "assemble",
+            "assemble_linings",
             "assemble_members",
             "assemble_plates",
             "verification",

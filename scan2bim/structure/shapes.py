@@ -61,7 +61,8 @@ class WallShape:
     ``rms`` metres is that of its faces' fits, ``points`` the scan points on them, ``coverage`` the share of its faces'
     length where they were seen, ``faces`` how many were (1 or 2), ``stations`` the scans that see them. ``profile``:
     the upper edge where it is not level, as points (distance along the axis, height over the base). ``bulge``: the
-    tangent of a quarter of its arc's angle, positive to the left.
+    tangent of a quarter of its arc's angle, positive to the left. ``layer_of``: the thickness of all that was seen as
+    one wall, where it is a layer of it.
     Standard deviations, metres: ``thickness_sigma``, None where the thickness is assumed; ``position_sigma`` of the
     axis across the wall, where one face was seen of that, None where none was.
     """
@@ -85,6 +86,7 @@ class WallShape:
     profile: tuple[Point, ...] = ()
     bulge: float = 0.0
     position_sigma: float | None = None
+    layer_of: float | None = None
 
     @property
     def axis(self) -> Arc:
