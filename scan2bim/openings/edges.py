@@ -59,14 +59,20 @@ class Edge:
 
 
 def find_edge(
-    place: F64, depth: F64, on_face: NDArray[np.bool_], rough: float, inward: float, farther: float = 0.0
+    place: F64,
+    depth: F64,
+    on_face: NDArray[np.bool_],
+    rough: float,
+    inward: float,
+    farther: float = 0.0,
+    next_one: float = np.inf,
 ) -> Edge:
     """The edge near ``rough`` among points at ``place`` (n,) across it, ``depth`` behind the wall's face, ``on_face``
     or not; ``inward`` is 1 where the opening lies towards greater places, else -1. Up to ``farther`` metres outwards
-    from there nothing was seen of the wall.
+    from there nothing was seen of the wall. From ``next_one`` metres outwards on, points are those of another opening.
     """
     inside = (place - rough) * inward
-    out = max(REACH, farther + GAP)
+    out = min(max(REACH, farther + GAP), next_one)
     near = (inside > -out) & (inside < REACH)
     inside, depth, on_face = inside[near], depth[near], on_face[near]
     count = round((out + REACH) / BIN)

@@ -15,7 +15,7 @@ from scan2bim.openings.bars import bars_of
 from scan2bim.openings.clusters import HOLE, RAIL, clusters, face_missing
 from scan2bim.openings.edges import MARGIN
 from scan2bim.openings.shapes import Kind, OpeningShape
-from scan2bim.openings.sides import sides_of
+from scan2bim.openings.sides import Sides, sides_of
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
 
@@ -248,7 +248,7 @@ def _opening(
     box = (left, right, bottom, top)
     supported = _supported(image, box)
     reveals = sum(1 for side in sides if side.reveal > 0)
-    least = _least_sides(wall, box, hidden, reveals, in_line)
+    least = _least_sides(wall, box, hidden, sides, in_line)
     if supported < least or _is_whole(wall, box) or _backed(wall, image, box):
         return None
     lintel = _wall_above(image, left, right, top)
@@ -259,6 +259,9 @@ def _opening(
     if share < LEAST_THROUGH / 2 and reveals < (1 if in_line else LEAST_REVEALS) and not _is_pane(wall, image, box):
         return None
     if reveals < FRAMED and _share(image.blank, box) > BLANK:
+        return None
+    lost = _share(image.lost, box)
+    if reveals == 0 and lost > BLANK and share - lost < LEAST_THROUGH / 2 and not _glazed(image, box):
         return None
     return OpeningShape(
         storey,
@@ -292,10 +295,11 @@ def _share(mask: Mask, box: Box) -> float:
 
 
 def _least_sides(
-    wall: WallShape, box: Box, hidden: tuple[float, float, float, float], reveals: int, in_line: bool
+    wall: WallShape, box: Box, hidden: tuple[float, float, float, float], sides: Sides, in_line: bool
 ) -> int:
     """How many sides of an opening must have the wall's face beside them."""
-    touching = _touching(wall, box)
+    reveals = sum(1 for side in sides if side.reveal > 0)
+    touching = _touching(wall, box, sides)
     least = (1 if box[2] == 0.0 else 2) + (touching > 0)
     if in_line and reveals:
         return 1
@@ -306,10 +310,14 @@ def _least_sides(
     return least
 
 
-def _touching(wall: WallShape, box: Box) -> int:
-    """How many of the wall's ends and its upper edge an opening reaches: there may be no wall, but a roof's slope."""
-    length = wall.length
-    return sum(1 for gap in (box[0], length - box[1], wall.top - wall.base - box[3]) if gap < 2 * PIXEL)
+def _touching(wall: WallShape, box: Box, sides: Sides) -> int:
+    """How many of the wall's ends and its upper edge an opening reaches without a reveal there: there may be no wall, but
+    a roof's slope.
+    """
+    gaps = zip(
+        (box[0], wall.length - box[1], wall.top - wall.base - box[3]), (sides[0], sides[1], sides[3]), strict=True
+    )
+    return sum(1 for gap, side in gaps if gap < 2 * PIXEL and side.reveal == 0)
 
 
 def _backed(wall: WallShape, image: WallImage, box: Box) -> bool:

@@ -51,13 +51,14 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     """The sides near a rough box. In ``outer`` walls, where curtains hang, they may lie far behind what hides them."""
     left, right, bottom, top = box = seen_part(image, box) if outer else box
     hidden = [_hidden_beyond(image, box, k) if outer else 0.0 for k in range(4)]
+    others = [_next_one(image, box, k) for k in range(4)]
     reach = np.array(
         [left - REACH - hidden[0], right + REACH + hidden[1], bottom - REACH - hidden[2], top + REACH + hidden[3]]
     )
     near = within(image.along, image.up, reach.astype(np.float32))
     along, up = image.along[near].astype(np.float64), image.up[near].astype(np.float64)
     depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
-    margin = min(MARGIN, (top - bottom) / 4), min(MARGIN, (right - left) / 4)
+    margin = _margins(box)
     tall = (up > bottom + margin[0]) & (up < top - margin[0])
     wide = (along > left + margin[1]) & (along < right - margin[1])
     found: list[list[Edge]] = []
@@ -65,10 +66,10 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     for here in (near_face & (side == 0), near_face & (side == 1)):
         t, w = tall & here, wide & here
         edges = [
-            find_edge(along[t], depth[t], on_face[t], left, 1.0, hidden[0]),
-            find_edge(along[t], depth[t], on_face[t], right, -1.0, hidden[1]),
-            find_edge(up[w], depth[w], on_face[w], bottom, 1.0, hidden[2]),
-            find_edge(up[w], depth[w], on_face[w], top, -1.0, hidden[3]),
+            find_edge(along[t], depth[t], on_face[t], left, 1.0, hidden[0], others[0]),
+            find_edge(along[t], depth[t], on_face[t], right, -1.0, hidden[1], others[1]),
+            find_edge(up[w], depth[w], on_face[w], bottom, 1.0, hidden[2], others[2]),
+            find_edge(up[w], depth[w], on_face[w], top, -1.0, hidden[3], others[3]),
         ]
         found.append(edges)
     pairs = zip(*found, (1.0, -1.0, 1.0, -1.0), strict=True)
@@ -76,6 +77,14 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     proud = depth < -STANDS_OUT
     third = _under_board(third, along[wide & proud], up[wide & proud], right - left)
     return first, second, third, fourth
+
+
+def _margins(box: Box) -> tuple[float, float]:
+    """Metres from the lower and upper, and from the left and right sides of a box, in which points say nothing about the
+    others.
+    """
+    left, right, bottom, top = box
+    return min(MARGIN, (top - bottom) / 4), min(MARGIN, (right - left) / 4)
 
 
 def _under_board(sill: Edge, along: F64, up: F64, width: float) -> Edge:
@@ -107,20 +116,36 @@ def _hidden_beyond(image: WallImage, box: Box, side: int) -> float:
     """Metres outwards from the left (0), right, lower or upper side of a box in which neither the wall's face was seen
     nor anything behind it.
     """
-    left, right, bottom, top = box
-    boxes = (
-        (left - FARTHEST, left - PIXEL, bottom + MARGIN, top - MARGIN),
-        (right + PIXEL, right + FARTHEST, bottom + MARGIN, top - MARGIN),
-        (left + MARGIN, right - MARGIN, bottom - FARTHEST, bottom - PIXEL),
-        (left + MARGIN, right - MARGIN, top + PIXEL, top + FARTHEST),
-    )
-    beyond = part(told(image), *boxes[side])
-    if not beyond.size:
-        return 0.0
-    share = _shares(beyond, 0 if side < 2 else 1)
-    share = share[::-1] if side in (0, 2) else share
+    share = _beyond(told(image), box, side)
     ends = np.flatnonzero(share > TOLD)
     return float((ends[0] if len(ends) else len(share)) * PIXEL)
+
+
+def _next_one(image: WallImage, box: Box, side: int) -> float:
+    """Metres outwards from a side of a box to the middle of the strip of wall that parts it from another opening."""
+    face = _beyond(image.face, box, side)
+    walled = face > TOLD
+    gone = ~walled & (_beyond(told(image) & ~image.face, box, side) > TOLD)
+    first = int(np.argmax(walled)) if walled.any() else len(walled)
+    again = np.flatnonzero(gone[first:])
+    return float((first + again[0] / 2) * PIXEL) if len(again) else np.inf
+
+
+def _beyond(mask: NDArray[np.bool_], box: Box, side: int) -> F64:
+    """Share of each line of pixels outwards from the left (0), right, lower or upper side of a box near which a mask
+    (r, c) is set.
+    """
+    left, right, bottom, top = box
+    tall, wide = _margins(box)
+    boxes = (
+        (left - FARTHEST, left - PIXEL, bottom + tall, top - tall),
+        (right + PIXEL, right + FARTHEST, bottom + tall, top - tall),
+        (left + wide, right - wide, bottom - FARTHEST, bottom - PIXEL),
+        (left + wide, right - wide, top + PIXEL, top + FARTHEST),
+    )
+    lines = part(mask, *boxes[side])
+    share = _shares(lines, 0 if side < 2 else 1) if lines.size else np.zeros(0)
+    return share[::-1] if side in (0, 2) else share
 
 
 def _shares(seen: NDArray[np.bool_], axis: int) -> F64:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.panorama import Panorama, cube_cell
+from scan2bim.openings.holes import holes
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.virtual import is_virtual
 from scan2bim.structure.shapes import WallShape
@@ -44,6 +45,7 @@ STEEPEST = 5.0
 """Slant (1 / cosine) beyond which a station is not asked."""
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
+Looked = tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top in metres, along the wall from its start and up from its base."""
 
@@ -54,8 +56,9 @@ class WallImage:
 
     ``faces`` (2, r, c) points on the left and on the right face, ``behind`` (2, r, c) seen from there behind it;
     ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did; ``entered`` (2, r, c)
-    whether a ray from that side, of a station that is not made up, went on behind the face; ``blank`` (r, c) whether a
-    station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``, ``up`` (n,)
+    whether a ray from that side, of a station that is not made up, went on behind the face; ``lost`` (r, c) where those
+    that looked through only did so by pulses that never came back in a scan that does not record them; ``blank`` (r, c)
+    whether a station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``, ``up`` (n,)
     metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether it lies
     on that, ``side`` (n,) 0 for the left and 1 for the right one.
     """
@@ -65,6 +68,7 @@ class WallImage:
     through: NDArray[np.uint8]
     entered: NDArray[np.bool_]
     blank: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
     lookers: dict[int, NDArray[np.bool_]]
     along: F32
     up: F32
@@ -143,28 +147,27 @@ def _classified(along, across, up, station, sides, here, known, half, skin, shap
     return faces, behind, kept_along[:used], kept_up[:used], depths[:used], flags[:used], right[:used]
 
 
-def _looked(
-    wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+def _looked(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]) -> Looked:
     """As ``_through``, stretch by stretch of a curved wall."""
     if not wall.bulge:
         return _through(wall, shape, panoramas)
-    through, both, blank = np.zeros(shape, np.uint8), np.zeros((2, *shape), np.bool_), np.zeros(shape, np.bool_)
+    through, both = np.zeros(shape, np.uint8), np.zeros((2, *shape), np.bool_)
+    blank, lost = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
     lookers: dict[int, NDArray[np.bool_]] = {}
     for low, high, flat in wall.flat_parts():
         cols = slice(round(low / PIXEL), min(shape[1], round(high / PIXEL) + 1))
         found = _through(flat, shape, panoramas)
-        through[:, cols], both[:, :, cols], blank[:, cols] = found[0][:, cols], found[1][:, :, cols], found[2][:, cols]
-        for number, looked in found[3].items():
+        for whole, piece in zip((through, both, blank, lost), found[:4], strict=True):
+            whole[..., cols] = piece[..., cols]
+        for number, looked in found[4].items():
             lookers.setdefault(number, np.zeros(shape, np.bool_))[:, cols] = looked[:, cols]
-    return through, both, blank, lookers
+    return through, both, blank, lost, lookers
 
 
-def _through(
-    wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_], dict[int, NDArray[np.bool_]]]:
+def _through(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Panorama]) -> Looked:
     """How many stations looked through the wall (r, c), whether any from each side looked behind its face (2, r, c),
-    where one that is made up sees nothing at all through an outer wall (r, c), and where each looked through.
+    where one that is made up sees nothing at all through an outer wall (r, c), where only pulses that never came back
+    went through one, and where each looked through.
     """
     start, end = np.array(wall.start), np.array(wall.end)
     direction = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
@@ -175,7 +178,7 @@ def _through(
     xy = start + (cols.ravel()[:, None] + 0.5) * step * direction
     points = np.column_stack([xy, wall.base + (rows.ravel() + 0.5) * step]).astype(np.float32)
     through, entered = np.zeros(coarse, np.uint8), np.zeros((2, *coarse), np.bool_)
-    blank = np.zeros(coarse, np.bool_)
+    blank, answered = np.zeros(coarse, np.bool_), np.zeros(coarse, np.bool_)
     lookers: dict[int, NDArray[np.bool_]] = {}
     outer = not (wall.left and wall.right)
     half = wall.thickness / 2
@@ -191,10 +194,13 @@ def _through(
         seen = panorama.ranges, np.float32(1.0 + (half + 0.05) / reach), np.float32(reach * STEEPEST)
         looked = np.zeros(coarse, np.bool_)
         looked[:, here] = _looked_through(near, place, *seen, outer).reshape(coarse[0], -1)
+        answered |= looked
+        before = abs(away) - half
+        if outer and before > BEHIND and here.stop > here.start and not is_virtual((number,)):
+            looked[:, here] |= holes(panorama, start, direction, wall.base, here, coarse[0], step)
         through += looked
         if looked.any():
             lookers[number] = _fine(looked, shape)
-        before = abs(away) - half
         if is_virtual((number,)):
             nothing = _sees_nothing(near, place, panorama.ranges, np.float32(reach * STEEPEST))
             blank[:, here] |= outer & nothing.reshape(coarse[0], -1)
@@ -203,7 +209,8 @@ def _through(
             seen = panorama.ranges, np.float32(1.0 + BEHIND / before), np.float32(before * STEEPEST)
             entered[int(away < 0)][:, here] |= _looked_through(face, place, *seen, outer).reshape(coarse[0], -1)
     both = np.stack([_fine(side, shape) for side in entered])
-    return _fine(through, shape), both, _fine(blank, shape), lookers
+    lost = (through > 0) & ~answered
+    return _fine(through, shape), both, _fine(blank, shape), _fine(lost, shape), lookers
 
 
 @nb.njit(cache=True, nogil=True)
