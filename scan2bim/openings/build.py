@@ -48,6 +48,8 @@ TOUCHING = 0.001
 """Metres by which openings that stand side by side may overlap: places are rounded."""
 STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
+ALL_SIDES = 4
+"""Sides of a window that have the wall's face beside them where it does not stand on the floor."""
 HALF = (0.35, 0.65)
 """Share of a doorway's width that one of its two leaves has."""
 JAMB = 0.06
@@ -196,7 +198,7 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     """A door with the leaf that was seen at it; a wide opening without one is a passage. One that seems glazed and has
     a leaf that stands open is not: what hung in it was that.
     """
-    if opening.kind == "window" or opening.width < NARROWEST_LEAF:
+    if opening.kind == "window" or opening.sill > 0.0 or opening.width < NARROWEST_LEAF:
         return opening
     if opening.height > TALLEST_DOOR and not opening.glazed:
         return replace(opening, kind="passage", state="unknown")
@@ -236,7 +238,9 @@ def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) 
     side, the less sure one ends where the other begins; none goes on beyond its wall.
     """
     kept: list[OpeningShape] = []
-    found = [o for o in found if not (_shut(o) and any(_surer_window(w, o) or _one_of_two(o, w) for w in found))]
+    found = [
+        o for o in found if not (o.state == "closed" and any(_surer_window(w, o) or _one_of_two(o, w) for w in found))
+    ]
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
         length = storeys[opening.storey].walls[opening.wall].length
@@ -282,11 +286,14 @@ def _one_of_two(leaf: OpeningShape, doorway: OpeningShape) -> bool:
 
 
 def _surer_window(window: OpeningShape, door: OpeningShape) -> bool:
-    """Whether a window is in the place of a closed door, and surer by far."""
+    """Whether a window is in the place of a closed door, and surer by far, or has wall on all sides where rays went
+    through what would be the leaf.
+    """
     same = (window.storey, window.wall) == (door.storey, door.wall) and _overlap(window, door)
     inner = min(window.offset + window.width, door.offset + door.width) - max(window.offset, door.offset)
     same &= inner > STRIP * min(window.width, door.width)
-    return window.kind == "window" and same and window.confidence > door.confidence + SURER
+    clear = window.sides == ALL_SIDES and door.looked_through >= LOOKED_THROUGH
+    return window.kind == "window" and same and (clear or window.confidence > door.confidence + SURER)
 
 
 def _shut(opening: OpeningShape) -> bool:

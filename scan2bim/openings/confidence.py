@@ -26,7 +26,8 @@ LEAST, MOST = 0.02, 0.98
 def features(opening: OpeningShape, wall: WallShape) -> NDArray[np.float64]:
     """What speaks for an opening, each about 0 to 1, after a leading 1: share looked through, jambs with a reveal,
     sides with the wall's face beside them, width and height precise, lintel, how much of the wall's face was seen, leaf
-    seen, passage, small, window or glazed door that may be the other, width and height those of like ones, door.
+    seen, passage from the floor up, small, window or glazed door that may be the other, width and height those of like
+    ones, door.
     """
     low = opening.kind == "window" and 0.0 < opening.sill < LOW and opening.sill + opening.height > HEAD
     small = (SMALL - min(opening.width, opening.height)) / (SMALL - TINY)
@@ -40,7 +41,7 @@ def features(opening: OpeningShape, wall: WallShape) -> NDArray[np.float64]:
             float(opening.lintel),
             wall.coverage,
             float(opening.angle is not None),
-            float(opening.kind == "passage"),
+            float(opening.kind == "passage" and opening.sill == 0.0),
             min(max(small, 0.0), 1.0),
             float(low or bool(opening.glazed)),
             float(opening.width_sigma is None) + float(opening.height_sigma is None),

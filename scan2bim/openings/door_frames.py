@@ -55,7 +55,7 @@ def with_pane(opening: OpeningShape, wall: WallShape, faces: Sequence[Face]) -> 
 def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], points: WallPoints) -> OpeningShape:
     """A door or passage with the trims or the lining round it, if they show; ``points`` near its wall."""
     outer = not (wall.left and wall.right)
-    if opening.kind == "window" or (opening.glazed and outer) or not faces:
+    if opening.kind == "window" or opening.sill > 0.0 or (opening.glazed and outer) or not faces:
         return opening
     box = Rectangle(opening.offset, opening.offset + opening.width, opening.sill + opening.height)
     edges = behind_trims(faces, box, points, wall.thickness / 2)

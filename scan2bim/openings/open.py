@@ -14,7 +14,22 @@ from scan2bim.geometry.raster import closed
 from scan2bim.openings.bars import bars_of
 from scan2bim.openings.clusters import HOLE, RAIL, clusters, face_missing
 from scan2bim.openings.edges import MARGIN
-from scan2bim.openings.shapes import Kind, OpeningShape
+from scan2bim.openings.kinds import (
+    HIGHEST_SILL,
+    NARROWEST,
+    RIM,
+    RING,
+    SOLID,
+    WHOLE,
+    glazed,
+    is_pane,
+    is_recess,
+    kind_of,
+    share,
+    solid,
+    wall_above,
+)
+from scan2bim.openings.shapes import OpeningShape
 from scan2bim.openings.sides import Sides, sides_of
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
@@ -23,27 +38,14 @@ SMALLEST_AREA = 0.12
 """Square metres: hatches and roof lights are larger, holes in the sampling are smaller."""
 SAME = 0.03
 """Metres within which jambs of windows one above the other agree."""
-NARROWEST, WIDEST_DOOR = 0.45, 2.6
-"""Clear widths of doors, metres (trade: single 0.5 to 1.5, double to 2.5)."""
 LOWEST_WINDOW = 0.3
 """Least width and height of an opening, metres."""
-WIDEST_SINGLE = 1.3
-"""Clear width, metres, up to which an opening whose lintel cannot be seen (scan cut below the ceiling) is taken for a
-door; and of the widest single leaf."""
-LOWEST_HEAD, HIGHEST_SILL = 1.55, 0.05
-"""A door's head lies at least this high over the floor, its sill at most this high, metres."""
 HIGHEST_THRESHOLD = 0.2
 """Height, metres, up to which what is seen at the foot of an opening in an inner wall is its threshold, a leaf's lower
 edge or a thing that lies there: inner windows begin far higher.
 """
-LOWEST_GLAZED = 1.9
-"""Height, metres, of the lowest glazed door: lower ones are windows that reach the floor."""
-TALLEST_GLAZED = 2.6
-"""Height, metres, of the tallest glazed door: taller fronts do not open."""
-WIDEST_PAIR = 2.2
-"""Clear width, metres, of the widest pair of glazed leaves."""
-STILE = 0.8
-"""Share of the height on which the stiles in the middle of a pair of leaves must be seen."""
+BAR = 0.15
+"""Height, metres, of the strip of wall between two windows that stand right above each other."""
 SLIT = 0.1
 """Least width and height, metres, of what is seen of an opening that is hidden beyond."""
 SHARE = 0.25
@@ -59,27 +61,16 @@ PANEL = 0.5
 """
 FRAME = 0.12
 """Width, metres, of the frame that is left between the two."""
-RING = 0.3
-"""Width, metres, of the ring round a part of an opening in which the wall's density of points is taken."""
-SOLID = 0.8
-"""Share of the wall's density of points from which on a thing is solid: panes return fewer."""
-PANE = 0.6
-"""Share of the wall's density of points up to which a recessed rectangle that nobody looked through is a pane."""
 LEAST_REVEALS = 3
 """Reveals that must be seen of a pane that nobody looked through."""
 FRAMED, BLANK = 2, 0.1
 """Reveals that must be seen of an opening of which more than this share is blank: something may have hidden it."""
 LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
-RIM = 0.15
-"""Width, metres, of an opening's rim, in which lining and frame are left out when panes are looked for."""
 HIDDEN, LEAF = 0.3, 0.8
 """Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle; and where the leaf was
 seen within the wall, before the jamb.
 """
-WHOLE = 0.12
-"""Distance, metres, to the wall's ends, head and foot, within which an opening is the whole wall: a glass front or no
-wall at all."""
 Mask = NDArray[np.bool_]
 
 
@@ -101,13 +92,16 @@ def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> li
 
 
 def _in_line(opening: OpeningShape, other: OpeningShape) -> bool:
-    """Whether a doubtful window stands above or below another one, with a jamb of its own seen where the other's is."""
-    apart = other.sill > opening.sill + opening.height or opening.sill > other.sill + other.height
-    jambs = (
-        abs(opening.offset - other.offset) < SAME and opening.hidden[0] == 0.0,
-        abs(opening.offset + opening.width - other.offset - other.width) < SAME and opening.hidden[1] == 0.0,
-    )
-    return opening.kind == other.kind == "window" and apart and any(jambs)
+    """Whether a doubtful window stands above or below another one, with a jamb of its own seen where the other's is; or
+    right below or above it, with both jambs hidden, so that they may be the other's.
+    """
+    if opening.kind != "window" or other.kind != "window":
+        return False
+    rail = max(other.sill - opening.sill - opening.height, opening.sill - other.sill - other.height)
+    ends = opening.offset - other.offset, other.offset + other.width - opening.offset - opening.width
+    seen = any(abs(end) < SAME and hidden == 0.0 for end, hidden in zip(ends, opening.hidden[:2], strict=True))
+    far = zip(ends, opening.hidden[:2], strict=True)
+    return rail > 0.0 and (seen or (rail < BAR and all(-SAME < end < hidden + SAME for end, hidden in far)))
 
 
 def _area(mask: Mask) -> float:
@@ -124,41 +118,15 @@ def _box(cluster: Mask, wall: WallShape, image: WallImage) -> Box | None:
     )
     inner = _rectangle(clear) if clear.sum() >= LEAST_THROUGH * cluster.sum() else None
     if box is None or inner is None:
-        return box if box is not None and _is_pane(wall, image, box) else None
+        return box if box is not None and is_pane(wall, image, box) else None
     left, right, bottom, top = box
-    if inner[0] - left > PANEL and _solid(image, (left, inner[0] - FRAME, bottom, top)):
+    if inner[0] - left > PANEL and solid(image, (left, inner[0] - FRAME, bottom, top)):
         left = inner[0] - FRAME
-    if right - inner[1] > PANEL and _solid(image, (inner[1] + FRAME, right, bottom, top)):
+    if right - inner[1] > PANEL and solid(image, (inner[1] + FRAME, right, bottom, top)):
         right = inner[1] + FRAME
-    if inner[2] - bottom > PANEL and _solid(image, (left, right, bottom, inner[2] - FRAME)):
+    if inner[2] - bottom > PANEL and solid(image, (left, right, bottom, inner[2] - FRAME)):
         bottom = inner[2] - FRAME
-    if top - inner[3] > PANEL and _solid(image, (left, right, inner[3] + FRAME, top)):
-        top = inner[3] + FRAME
     return left, right, bottom, top
-
-
-def _is_pane(wall: WallShape, image: WallImage, box: Box) -> bool:
-    """Whether a rectangle in an outer wall, which nobody looked through, is a pane all the same: it returned fewer
-    pulses than its surroundings.
-    """
-    left, right, bottom, top = box
-    if (wall.left and wall.right) or min(right - left, top - bottom) < 3 * RIM:
-        return False
-    return _density(image, (left + RIM, right - RIM, bottom + RIM, top - RIM)) < PANE
-
-
-def _solid(image: WallImage, box: Box) -> bool:
-    """Whether a part of the opening returned as many pulses as the wall round it: a leaf or a panel, no pane."""
-    return _density(image, box) > SOLID
-
-
-def _density(image: WallImage, box: Box) -> float:
-    """Points a pixel behind the face within a rectangle, by those on the face round it; nan where there are none."""
-    left, right, bottom, top = box
-    here = part(image.behind.sum(0), *box)
-    around = part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
-    wall = around[around > 0]
-    return float(here.mean() / wall.mean()) if here.size and len(wall) else np.nan
 
 
 def _rectangle(region: Mask) -> Box | None:
@@ -251,47 +219,48 @@ def _opening(
     least = _least_sides(wall, box, hidden, sides, in_line)
     if supported < least or _is_whole(wall, box) or _backed(wall, image, box):
         return None
-    lintel = _wall_above(image, left, right, top)
-    glazed = _glazed_leaves(wall, image, box)
-    kind: Kind = "door" if glazed else _kind(wall, image, box, lintel)
-    share = _share(image.through > 0, box)
+    lintel = wall_above(image, left, right, top)
+    kind, leaves = kind_of(wall, image, box, lintel)
+    through = share(image.through > 0, box)
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
-    if share < LEAST_THROUGH / 2 and reveals < (1 if in_line else LEAST_REVEALS) and not _is_pane(wall, image, box):
-        return None
-    if reveals < FRAMED and _share(image.blank, box) > BLANK:
-        return None
-    lost = _share(image.lost, box)
-    if reveals == 0 and lost > BLANK and share - lost < LEAST_THROUGH / 2 and not _glazed(image, box):
+    if not _shows(wall, image, box, through, reveals, in_line):
         return None
     return OpeningShape(
         storey,
         number,
         kind,
-        "closed" if glazed else "open" if kind == "door" else "unknown",
+        "closed" if leaves else "open" if kind == "door" else "unknown",
         round(left, 4),
         round(bottom, 4),
         round(width, 4),
         round(height, 4),
         round(float(np.hypot(sides[0].sigma, sides[1].sigma)), 4),
         round(float(np.hypot(sides[2].sigma, sides[3].sigma)), 4),
-        round(share, 3),
+        round(through, 3),
         jambs,
         lintel,
         sum(side.reveal for side in sides),
         tuple(sorted(n for n, looked in image.lookers.items() if part(looked, *box).any())),
         0.0,
-        leaves=glazed or None,
+        leaves=leaves or None,
         sides=supported,
-        glazed=True if glazed else None,
+        glazed=True if leaves else None,
         hidden=hidden,
         bars=bars_of(image, box) if any(hidden[:2]) else (),
     )
 
 
-def _share(mask: Mask, box: Box) -> float:
-    """Share of a box that a mask (r, c) fills."""
-    inside = part(mask, *box)
-    return float(inside.mean()) if inside.size else 0.0
+def _shows(wall: WallShape, image: WallImage, box: Box, through: float, reveals: int, in_line: bool) -> bool:
+    """Whether enough was seen of an opening of which a share was looked ``through``, and the reveals of some sides."""
+    if through < LEAST_THROUGH / 2:
+        if is_recess(wall, image, box):
+            return False
+        if reveals < (1 if in_line else LEAST_REVEALS) and not is_pane(wall, image, box):
+            return False
+    if reveals < FRAMED and share(image.blank, box) > BLANK:
+        return False
+    lost = share(image.lost, box)
+    return not (lost > BLANK and reveals == 0 and through - lost < LEAST_THROUGH / 2 and not glazed(image, box))
 
 
 def _least_sides(
@@ -301,7 +270,7 @@ def _least_sides(
     reveals = sum(1 for side in sides if side.reveal > 0)
     touching = _touching(wall, box, sides)
     least = (1 if box[2] == 0.0 else 2) + (touching > 0)
-    if in_line and reveals:
+    if in_line:
         return 1
     if box[2] > 0.0 and reveals >= LEAST_REVEALS:
         least -= touching > 0
@@ -311,8 +280,8 @@ def _least_sides(
 
 
 def _touching(wall: WallShape, box: Box, sides: Sides) -> int:
-    """How many of the wall's ends and its upper edge an opening reaches without a reveal there: there may be no wall, but
-    a roof's slope.
+    """How many of the wall's ends and its upper edge an opening reaches, without a reveal there: there may be no wall,
+    but a roof's slope.
     """
     gaps = zip(
         (box[0], wall.length - box[1], wall.top - wall.base - box[3]), (sides[0], sides[1], sides[3]), strict=True
@@ -336,44 +305,3 @@ def _is_whole(wall: WallShape, box: Box) -> bool:
     """Whether an opening leaves nothing of the wall but rims: a glass front, or no wall at all."""
     length = wall.length
     return box[0] + length - box[1] < 2 * WHOLE and box[2] + wall.top - wall.base - box[3] < 2 * WHOLE
-
-
-def _wall_above(image: WallImage, left: float, right: float, top: float) -> bool:
-    """Whether the wall's face was seen above the opening."""
-    above = part(image.face, left, right, top + PIXEL, top + 0.4)
-    return bool(above.size and above.mean() > 0.1)
-
-
-def _kind(wall: WallShape, image: WallImage, box: Box, lintel: bool) -> Kind:
-    left, right, bottom, top = box
-    if bottom > HIGHEST_SILL:
-        return "window"
-    outer = not (wall.left and wall.right)
-    if top < LOWEST_HEAD:
-        return "window" if outer else "passage"
-    if outer and _glazed(image, box):
-        return "window"
-    door_like = lintel or (not wall.top_seen and right - left <= WIDEST_SINGLE)
-    return "door" if door_like and NARROWEST <= right - left <= WIDEST_DOOR else "passage"
-
-
-def _glazed_leaves(wall: WallShape, image: WallImage, box: Box) -> int:
-    """Leaves of a glazed outer door, 0 of anything else: one can walk through it, and two leaves meet in its middle."""
-    left, right, bottom, top = box
-    outer = not (wall.left and wall.right)
-    if bottom > 0.0 or not LOWEST_GLAZED <= top <= TALLEST_GLAZED or not outer or not _glazed(image, box):
-        return 0
-    width = right - left
-    if width <= WIDEST_SINGLE:
-        return 1
-    middle = part(image.behind.sum(0) > 0, left + 0.4 * width, right - 0.4 * width, bottom + RIM, top - RIM)
-    return 2 if width <= WIDEST_PAIR and middle.size and middle.mean(0).max() > STILE else 0
-
-
-def _glazed(image: WallImage, box: Box) -> bool:
-    """Whether something hangs in the opening between its sides, within the wall: panes return some pulses, bars and
-    frames all.
-    """
-    left, right, bottom, top = box
-    inside = part(image.behind.sum(0) > 0, left + RIM, right - RIM, bottom + RIM, top - RIM)
-    return bool(inside.size and inside.mean() > 0.08)

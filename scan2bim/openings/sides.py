@@ -80,8 +80,8 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
 
 
 def _margins(box: Box) -> tuple[float, float]:
-    """Metres from the lower and upper, and from the left and right sides of a box, in which points say nothing about the
-    others.
+    """Metres from the lower and upper, and from the left and right sides of a box, in which points say nothing about
+    the others.
     """
     left, right, bottom, top = box
     return min(MARGIN, (top - bottom) / 4), min(MARGIN, (right - left) / 4)

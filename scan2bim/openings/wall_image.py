@@ -56,11 +56,11 @@ class WallImage:
 
     ``faces`` (2, r, c) points on the left and on the right face, ``behind`` (2, r, c) seen from there behind it;
     ``through`` (r, c) how many stations looked through, ``lookers`` where each of them did; ``entered`` (2, r, c)
-    whether a ray from that side, of a station that is not made up, went on behind the face; ``lost`` (r, c) where those
-    that looked through only did so by pulses that never came back in a scan that does not record them; ``blank`` (r, c)
-    whether a station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``, ``up`` (n,)
-    metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether it lies
-    on that, ``side`` (n,) 0 for the left and 1 for the right one.
+    whether a ray from that side, of a station that is not made up, went on behind the face; ``lost`` (r, c) where
+    stations looked through by pulses alone that never came back, in scans that do not record them; ``blank`` (r, c)
+    whether a station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``,
+    ``up`` (n,) metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether
+    it lies on that, ``side`` (n,) 0 for the left and 1 for the right one.
     """
 
     faces: NDArray[np.int32]

@@ -22,7 +22,7 @@ EYE = np.array([2.0, 2.0, 1.5])
 
 
 def seen(*gone: tuple[float, float, float, float]) -> NDArray[np.bool_]:
-    """Holes that a station finds in a wall of 4 x 2.5 m along x, of which it saw all round ``gone``: left, right, bottom
+    """Holes that a station finds in a wall of 4 x 2.5 m along x, of which it saw all but ``gone``: left, right, bottom
     and top.
     """
     x, z = np.meshgrid(np.arange(-1.0, 5.0, 0.01), np.arange(-1.0, 3.5, 0.01))
