@@ -24,6 +24,7 @@ from scan2bim.structure.beams import beam_of, find_beams, without_beams
 from scan2bim.structure.evidence import FaceEvidence
 from scan2bim.structure.faces import BAND, Face, find_faces, main_direction
 from scan2bim.structure.flooring import Flooring, flooring_of, split_at_floors
+from scan2bim.structure.hanging import without_hanging
 from scan2bim.structure.orientation import in_survey
 from scan2bim.structure.overlaps import Bodies, clear_of, up_to
 from scan2bim.structure.panes import as_glass, with_panes
@@ -102,7 +103,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
         slab = layers.between(scene.surfels, low, high)
         plan = plan_of(level, scene.surfels, slab, scene.stations)
-        walls = find_faces(plan)
+        walls = without_hanging(find_faces(plan), plan)
         below, main = stairs, main_direction(walls)
         above = levels[number + 1].floor if number + 1 < len(levels) else None
         stairs = find_stairs(plan, above, scene.surfels, slab, main)
@@ -111,7 +112,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         members = tuple(column_of(p, plan) for p in pillars), tuple(beam_of(b, plan) for b in beams)
         if pillars or beams:
             plan = without_pillars(without_beams(plan, beams), pillars)
-            walls = find_faces(plan)
+            walls = without_hanging(find_faces(plan), plan)
         spirals = [s.outline for s in (*below, *stairs) if s.kind == "spiral"]
         found = [as_glass(f, plan, near) for f in without_posts(walls, spirals)]
         behind = doubtful.between(scene.doubtful, low, high)

@@ -52,7 +52,7 @@ def window_fronts(
     lintels: list[Face] = []
     longest = Lines.of(sorted(runs, key=lambda r: -r.length))
     for seed in sorted(runs, key=lambda r: (round(r.rms / CLEAR), -r.length)):
-        for run in (_with_rest(seed, longest), seed):  # of a stretch drawn on too far the seed stays
+        for run in (_with_rest(seed, longest, lines), seed):  # of a stretch drawn on too far the seed stays
             if not any(_beside(run, other) for other in lintels) and _looked_through(run, plan, panoramas):
                 lintels.append(run)
     glazing = [[f for f in faces if _stands_back(f, lintel)] for lintel in lintels]
@@ -60,15 +60,26 @@ def window_fronts(
     return [_over(lintel, behind) for lintel, behind in zip(lintels, glazing, strict=True)], kept
 
 
-def _with_rest(run: Face, runs: Lines) -> Face:
-    """A stretch drawn on over others in its line: what hides a part of a ceiling's end does not end the lintel."""
+def _with_rest(run: Face, runs: Lines, faces: Lines) -> Face:
+    """A stretch drawn on over others in its line: what hides a part of a ceiling's end does not end the lintel, however
+    long it is, if one face, the glazing, goes on behind it.
+    """
     for other in runs.continuing(run, IN_LINE):
         ends = other.ends() - run.centre
         along = np.sort(ends @ run.direction)
         apart = max(along[0] - run.high, run.low - along[1])
-        if other.normal @ run.normal > PARALLEL and np.abs(ends @ run.normal).max() < IN_LINE and apart < APART:
+        if other.normal @ run.normal < PARALLEL or np.abs(ends @ run.normal).max() > IN_LINE:
+            continue
+        between = (run.high, along[0]) if along[0] > run.high else (along[1], run.low)
+        if apart < APART or any(_spans(f, run, *between) for f in faces.behind(run)):
             run = replace(run, low=min(run.low, float(along[0])), high=max(run.high, float(along[1])))
     return run
+
+
+def _spans(face: Face, run: Face, low: float, high: float) -> bool:
+    """Whether a face goes on beyond both ends of a stretch of another one's line."""
+    along = (face.ends() - run.centre) @ run.direction
+    return bool(along.min() < low and along.max() > high)
 
 
 def _over(lintel: Face, glazing: Sequence[Face]) -> Face:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry import Polygon
+from shapely.geometry import LineString, Polygon
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.geometry.graphs import connected_parts
@@ -33,6 +33,8 @@ NECK = 0.12
 """Half-width, metres, of necks at which a space is parted: gaps between a wall's end and the next wall that only
 sampling left, and through which nobody walks.
 """
+LEAST_SEEN = 0.12
+"""Share of a small hole's border along which a face was seen if something stands there."""
 UNDER_CEILING = 0.2
 """Distance, metres, from the ceiling at which free space is asked for: above doors and windows."""
 PASSAGE = 0.5
@@ -57,7 +59,19 @@ def find_spaces(
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score)
     inside = label_cells(cells)
-    return _merged(cells, inside, ENCLOSED if not plan.ceiling.any() else np.inf), tuple(lintels)
+    spaces = _merged(cells, inside, ENCLOSED if not plan.ceiling.any() else np.inf)
+    return tuple(_filled(space, kept) for space in spaces), tuple(lintels)
+
+
+def _filled(space: Polygon, faces: Sequence[Face]) -> Polygon:
+    """A space without small holes along which no face was seen: where no ceiling hangs, as in skylights."""
+    rings = list(space.interiors)
+    if all(Polygon(ring).area > LEAST_ROOM for ring in rings):
+        return space
+    seen = shapely.union_all([shapely.buffer(LineString(face.ends()), SLIT) for face in faces if len(face.columns)])
+    walled = (ring.intersection(seen).length > LEAST_SEEN * ring.length for ring in rings)
+    kept = [ring for ring, wall in zip(rings, walled, strict=True) if wall or Polygon(ring).area > LEAST_ROOM]
+    return Polygon(space.exterior, kept)
 
 
 def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:

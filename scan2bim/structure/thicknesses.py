@@ -40,11 +40,16 @@ ALIKE = 0.015
 """Metres by which a usual thickness may lie outside of what rays allow: where a jamb is, is known to half a centimetre.
 """
 OTHERWISE = 0.03
-"""The same for a single wall, which is built otherwise than the others of its building where that does not suffice."""
+"""The same for a storey or a single wall, which is built otherwise than its building where that does not suffice."""
+ONE_SIDED = 0.06
+"""The same where rays bound the thickness from one side alone: a jamb that was missed by a frame's width misleads them.
+"""
 LOOSE = 0.08
 """Metres between the least and the greatest thickness that rays allow, from which on it is not measured."""
 LOOSER = 0.15
 """Metres between these, within which a thickness that others tell is taken as measured here, too."""
+BOUNDED = 0.2
+"""Metres between these, within which the likely thickness is nearer the truth than an assumed one that they exclude."""
 FEWEST_JAMBS = 2
 """Jambs that tell what is usual in a building or storey."""
 THINNEST, THICKEST = 0.05, 0.6
@@ -145,7 +150,7 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     building = _usual([face for faces in outer for face in faces], Told(OUTER, None), Told(least, None))
     out: list[OneFaced] = []
     for storey, faces, unknown in zip(storeys, outer, plain, strict=True):
-        usual = _usual(faces, building, building)
+        usual = _usual(faces, building, building, OTHERWISE)
         walls = replace(unknown, outer=usual.thickness)
         known = [(f, usual if walls.is_outer(f.ends) else Told(walls.inner, None)) for f in storey.faces]
         told = [(face, _thickness_of(face, like)) for face, like in known]
@@ -177,15 +182,16 @@ def partition_of(axes: Sequence[Axis]) -> float:
     return _rounded(float(thickness[np.searchsorted(np.cumsum(length), length.sum() / 2)]))
 
 
-def _usual(faces: Sequence[SoleFace], usual: Told, otherwise: Told) -> Told:
+def _usual(faces: Sequence[SoleFace], usual: Told, otherwise: Told, alike: float = ALIKE) -> Told:
     """What the jambs of most walls tell: the usual thickness if they allow it, ``otherwise`` another one where they do
     not tell it.
     """
     jambs = [jamb for face in faces for jamb in face.jambs]
     bounds = agreed(jambs) if len(jambs) >= FEWEST_JAMBS else (0.0, np.inf, np.inf)
-    if not _is_sharp(bounds):
-        return replace(otherwise, thickness=_within(bounds, otherwise.thickness))
-    return Told(_within(bounds, usual.thickness), _sigma(bounds))
+    if _is_within(bounds, LOOSE):
+        return Told(_within(bounds, usual.thickness, alike), _sigma(bounds))
+    like = usual if _is_within(bounds, BOUNDED) else otherwise
+    return replace(otherwise, thickness=_within(bounds, like.thickness, alike))
 
 
 def _thickness_of(face: SoleFace, usual: Told) -> Told:
@@ -193,8 +199,8 @@ def _thickness_of(face: SoleFace, usual: Told) -> Told:
     both sides, or nearly so what is measured on others.
     """
     low, _, high = bounds = agreed(face.jambs)
-    thickness = _within(bounds, usual.thickness, OTHERWISE)
-    if _is_sharp(bounds):
+    thickness = _within(bounds, usual.thickness, OTHERWISE if _is_within(bounds, BOUNDED) else ONE_SIDED)
+    if _is_within(bounds, LOOSE):
         return Told(thickness, _sigma(bounds) if usual.sigma is None else min(_sigma(bounds), usual.sigma))
     shared = thickness == usual.thickness and low > 0.0 and high < low + LOOSER
     return Told(thickness, usual.sigma if shared else None)
@@ -205,7 +211,7 @@ def _within(bounds: tuple[float, float, float], usual: float, alike: float = ALI
     low, likely, high = bounds
     if low - alike < usual < high + alike or low > THICKEST or high < THINNEST:
         return usual
-    return _rounded(likely if _is_sharp(bounds) else float(np.clip(usual, low, high)))
+    return _rounded(likely if _is_within(bounds, BOUNDED) else float(np.clip(usual, low, high)))
 
 
 def _sigma(bounds: tuple[float, float, float]) -> float:
@@ -213,10 +219,10 @@ def _sigma(bounds: tuple[float, float, float]) -> float:
     return float(np.hypot((bounds[2] - bounds[0]) / 12**0.5, PLACED))
 
 
-def _is_sharp(bounds: tuple[float, float, float]) -> bool:
-    """Whether a thickness between these, metres, is measured."""
+def _is_within(bounds: tuple[float, float, float], span: float) -> bool:
+    """Whether rays tell a thickness from both sides, within a ``span``, metres."""
     low, _, high = bounds
-    return 0.0 < low <= high < low + LOOSE and high > THINNEST and low < THICKEST
+    return 0.0 < low <= high < low + span and high > THINNEST and low < THICKEST
 
 
 def _rounded(thickness: float) -> float:

@@ -49,6 +49,8 @@ TOUCH = 1e-3
 """Distance, metres, within which an end lies on a point."""
 ALIKE = 0.05
 """Metres by which an end may move farther to lie on a longer wall: those on its both sides are seldom quite in line."""
+AS_LONG, AS_THICK = 0.9, 0.01
+"""Share of the length of the longest of some walls, and metres of thickness, by which others are about like it."""
 IN_LINE = 0.04
 """Difference of axis and of thickness, metres, up to which walls in one line are one wall."""
 
@@ -330,8 +332,8 @@ def _place_on(axis: Axis, point: F64) -> str:
 
 
 def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]) -> tuple[int, F64] | None:
-    """The wall on whose axis the end ``at`` of wall i should lie, the longest of those that are about as near, and the
-    point; None for a free end.
+    """The wall on whose axis the end ``at`` of wall i should lie, and the point; None for a free end. Of walls that are
+    about as near the longest, of such that are about as long the thickest, of those the nearest.
     """
     own = axes[i]
     end, outward = (own.start, -own.direction) if at == "start" else (own.end, own.direction)
@@ -354,5 +356,9 @@ def _nearest_crossing(i: int, at: str, axes: Sequence[Axis], near: Sequence[int]
     if not found:
         return None
     least = min(move for move, _, _ in found)
-    _, j, point = max((f for f in found if f[0] < least + ALIKE), key=lambda f: axes[f[1]].length)
+    found = [f for f in found if f[0] < least + ALIKE]
+    longest = max(axes[j].length for _, j, _ in found)
+    found = [f for f in found if axes[f[1]].length > AS_LONG * longest]
+    thickest = max(axes[j].thickness for _, j, _ in found)
+    _, j, point = min((f for f in found if axes[f[1]].thickness > thickest - AS_THICK), key=lambda f: f[0])
     return j, point

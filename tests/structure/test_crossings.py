@@ -123,3 +123,28 @@ def test_a_wall_to_a_room_that_nobody_entered_is_as_thick_as_the_partitions() ->
     to_unknown, out = np.array([[6.0, 4.0], [0.0, 4.0]]), np.array([[0.0, 0.0], [6.0, 0.0]])
     assert walls.behind(to_unknown) == (0.12, None)
     assert walls.behind(out) == (OUTER, None)
+
+
+def test_thicknesses_that_few_jambs_bound_loosely_are_the_likely_one() -> None:
+    faces = [SoleFace(FIRST, (told(0.36, 0.52), told(0.30, 0.50)))]
+    (walls,) = one_faced([StoreyFaces([HALL], [], faces)], 0.4)
+    assert walls.outer != 0.4
+    assert walls.outer == pytest.approx(0.43, abs=0.02)
+    assert walls.behind(FIRST)[1] is None
+
+
+def test_a_storey_is_built_as_its_building_unless_its_jambs_exclude_that_by_far() -> None:
+    lower = StoreyFaces([HALL], [], [SoleFace(FIRST, (told(0.395, 0.425), told(0.39, 0.43)))])
+    nearly, otherwise = ([SoleFace(FIRST, (told(low, 0.8), told(low, 0.8)))] for low in (0.43, 0.55))
+    same = [walls.outer for walls in one_faced([lower, StoreyFaces([HALL], [], nearly)], 0.3)]
+    assert same[0] == same[1]
+    other = [walls.outer for walls in one_faced([lower, lower, StoreyFaces([HALL], [], otherwise)], 0.3)]
+    assert other[0] == other[1] < other[2]
+
+
+def test_one_sided_rays_tell_another_thickness_by_more_than_a_frame_alone() -> None:
+    usual = (told(0.395, 0.425), told(0.39, 0.43), told(0.395, 0.43))
+    for low, same in ((0.45, True), (0.50, False)):
+        faces = [SoleFace(FIRST, usual), SoleFace(SECOND, (told(low, 0.8),))]
+        (walls,) = one_faced([StoreyFaces([HALL], [], faces)], OUTER)
+        assert (walls.behind(SECOND)[0] == walls.behind(FIRST)[0]) == same

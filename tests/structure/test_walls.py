@@ -173,3 +173,13 @@ def test_a_wall_goes_on_across_a_doorway_in_which_spaces_meet() -> None:
     assert (
         len([a for a in find_walls([wide, east], [shapely.LineString([(4.1, 1), (4.1, 2.6)])])[0] if a.measured]) == 2
     )
+
+
+@pytest.mark.parametrize("longer", [0.0, 0.02, -0.02])
+def test_an_end_between_two_walls_as_long_lies_on_the_thicker_one(longer: float) -> None:
+    low, high = shapely.box(0, 0, 4, 2.0), shapely.box(4.5, 0, 8.5 + longer, 2.0)
+    upper = [shapely.box(0, 2.12, 4, 5), shapely.box(4.6, 2.18, 8.6, 5)]
+    axes, joins = find_walls([low, high, *upper], [])
+    party = next(k for k, a in enumerate(axes) if a.measured and abs(a.thickness - 0.5) < 0.01)
+    (met,) = [axes[j.other] for j in joins if j.one == party and axes[j.other].measured]
+    assert met.thickness == pytest.approx(0.18)
