@@ -6,9 +6,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-import ifcopenshell
-
+from scan2bim.absent import absent
 from scan2bim.errors import DamagedFileError, InputError
+
+with absent("lark"):  # for view definitions, which nobody asks for: compiling their grammar takes 70 ms
+    import ifcopenshell
 
 _SIGNATURE = b"ISO-10303-21"
 _END = b"END-ISO-10303-21"

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-import ifcopenshell
-
 from scan2bim import __version__
 from scan2bim.exporters.ifc_schema import Dialect, Version, attributes
+from scan2bim.ifcfile import ifcopenshell
 from scan2bim.model.ids import ifc_guid
 
 Entity = ifcopenshell.entity_instance

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, Final, Literal
 
-import ifcopenshell
+from scan2bim.ifcfile import ifcopenshell
 
 Version = Literal["IFC2X3", "IFC4", "IFC4X3_ADD2"]
 

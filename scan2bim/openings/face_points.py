@@ -15,6 +15,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.geometry.medians import median
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.structure.shapes import WallShape
 
@@ -254,7 +255,7 @@ def _offsets(sample: _Sample, planes: F64) -> F32:
     order = np.argsort(group, kind="stable")
     ends = np.searchsorted(group[order], np.arange(parts * slots + 1)).tolist()
     away = away[near[order]]
-    found = [float(np.median(away[a:b])) if b - a > FEWEST else 0.0 for a, b in itertools.pairwise(ends)]
+    found = [float(median(away[a:b])) if b - a > FEWEST else 0.0 for a, b in itertools.pairwise(ends)]
     return np.clip(found, -WORST_OFFSET, WORST_OFFSET).astype(np.float32).reshape(parts, slots)
 
 

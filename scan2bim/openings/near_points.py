@@ -56,6 +56,21 @@ class WallPoints:
         return WallPoints(self.along[rows], self.across[rows], self.up[rows], self.rgb[rows], self.station[rows])
 
 
+    def stations_inside(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
+        """How many of those are of each station (s,)."""
+        box = np.array([left, right, bottom, top], np.float32)
+        return _stations_within(self.along, self.up, self.station, box)
+
+
+@nb.njit(cache=True, nogil=True)
+def _stations_within(along, up, station, box):  # pyright: ignore
+    """How many points (n,) of each station lie inside a box (4,) float32."""
+    counts = np.zeros(1 << 16, np.int64)
+    for i in range(len(along)):
+        counts[station[i]] += (along[i] > box[0]) & (along[i] < box[1]) & (up[i] > box[2]) & (up[i] < box[3])
+    return counts
+
+
 @nb.njit(cache=True, nogil=True)
 def within(along, up, box):  # pyright: ignore
     """Numbers of the points (n,) inside a box (4,) float32."""

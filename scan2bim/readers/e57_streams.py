@@ -51,7 +51,7 @@ class ByteStreams:
         self._stop = 0
         self._left = section.length - (data - (first * PAYLOAD + section.offset % PAGE))
         self._pages = np.empty((BLOCK, PAGE), np.uint8)
-        self.bytes = np.zeros((len(widths), LONGEST + SLACK), np.uint8)
+        self.bytes = np.zeros((len(widths), 0), np.uint8)
         self.skip = np.zeros(len(widths), np.int64)
         self.fill = np.zeros(len(widths), np.int64)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
+from scan2bim.geometry.medians import median
 from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.columns import Columns
 
@@ -71,7 +72,7 @@ def fit_line(columns: Columns, at: I64, wall_like: NDArray[np.bool_], normal: F6
         centre = np.average(xy, axis=0, weights=weight)
         n = _smallest_axis(xy - centre, weight) if normal is None else normal
         distance = (xy - centre) @ n
-        scale = max(1.4826 * float(np.median(np.abs(distance))), 0.001)
+        scale = max(1.4826 * float(median(np.abs(distance))), 0.001)
         weight = tall / (1 + (distance / (2 * scale)) ** 2) ** 2 + 1e-9
     lean = float((columns.view[at] @ n).mean())
     sided = abs(lean) > 0.1
@@ -111,7 +112,7 @@ def settled(columns: Columns, face: Face, wall_like: NDArray[np.bool_]) -> Face:
         if not seen.any():
             return face
         off = np.bincount(strip[near], (points * away)[near])[seen] / count[seen] - place
-        scale = max(1.4826 * float(np.median(np.abs(off))), 0.001)
+        scale = max(1.4826 * float(median(np.abs(off))), 0.001)
         place += float(np.average(off, weights=height[seen] / (1 + (off / (2 * scale)) ** 2) ** 2))
     return replace(face, centre=face.centre + place * face.normal)
 

@@ -12,6 +12,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.geometry.medians import median
 from scan2bim.openings.orthoimage import Orthoimage
 
 STRIP = 3
@@ -59,8 +60,9 @@ def _contrast(sums: F32) -> Contrast:
     step, ridge, known = _steps(sums, max(LEAST, SPARSE * STRIP * _usual(sums)))
     noise = np.array(FLOORS)
     if known.shape[1]:
-        some = known[:, :: max(1, known.shape[1] // ENOUGH)]
-        noise = np.maximum(noise, 1.4826 * np.median(some, axis=1))  # robust: most lie within one surface
+        some = np.ascontiguousarray(known[:, :: max(1, known.shape[1] // ENOUGH)])
+        usual = np.array([median(sizes) for sizes in some], np.float32)  # robust: most lie within one surface
+        noise = np.maximum(noise, 1.4826 * usual)
     _scale(step, ridge, noise.astype(np.float32))
     return Contrast(step, ridge, noise)
 

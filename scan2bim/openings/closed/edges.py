@@ -17,6 +17,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.geometry.medians import median
 from scan2bim.openings.closed.contrast import BLOCK
 from scan2bim.openings.closed.rectangles import FOOT, Face, Rectangle
 from scan2bim.openings.orthoimage import PIXEL
@@ -172,7 +173,7 @@ def _profile(t: F64, rgb: NDArray[np.float32], depth: NDArray[np.float32], measu
     measured &= (across >= EVEN * across.max(initial=0.0))[:, None]
     out, means = _middles(rgb, depth, measured)
     steps = np.abs(np.diff(means, axis=0))
-    noise = np.array([np.median(s[np.isfinite(s)]) if np.isfinite(s).any() else 0.0 for s in steps.T])
+    noise = np.array([median(s[np.isfinite(s)]) if np.isfinite(s).any() else 0.0 for s in steps.T])
     return _Profile(t, out, means, noise)
 
 
@@ -196,7 +197,7 @@ def _middles(rgb, depth, measured):  # pyright: ignore
                 for i in range(used):
                     total += values[k, i]
                 mean[c, k] = total / used
-                middle[c, k] = np.median(values[k, :used])
+                middle[c, k] = median(values[k, :used])
     return middle, mean
 
 

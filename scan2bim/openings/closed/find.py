@@ -194,7 +194,7 @@ def _opening(
     length = wall.length
     box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
     sigma = [ROUGH if edge is None else edge.sigma for edge in edges]
-    on_leaf = points.inside(box.left, box.right, -np.inf, box.top).station
+    on_leaf = points.stations_inside(box.left, box.right, -np.inf, box.top)
     sides, depth = _recess(wall, door)
     shown = [e for e in door.evidence.values() if e.outline > OUTLINED]
     handle = next(((e.handle, e.handle_side) for e in shown if e.handle is not None), (None, None))
@@ -213,8 +213,8 @@ def _opening(
         round(max(e.through for e in door.evidence.values()), 3),
         max(int(e.left > 0.5) + int(e.right > 0.5) for e in door.evidence.values()),
         any(e.lintel > 0.5 for e in door.evidence.values()),
-        len(on_leaf),
-        tuple(np.unique(on_leaf).tolist()),
+        int(on_leaf.sum()),
+        tuple(np.flatnonzero(on_leaf).tolist()),
         round(door.confidence, 3),
         hinge=HINGE[handle[1]] if handle[1] is not None and leaves == 1 else "unknown",
         swing=sides,

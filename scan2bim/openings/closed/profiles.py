@@ -20,7 +20,12 @@ def columns(count, rgb, depth, low, high, first, last):  # pyright: ignore
     for r in range(low, high):
         for c in range(first, last):
             if count[r, c] > 0:
-                _add(sums[c - first], rgb[r, c], depth[r, c])
+                k = c - first
+                sums[k, 0] += rgb[r, c, 0]
+                sums[k, 1] += rgb[r, c, 1]
+                sums[k, 2] += rgb[r, c, 2]
+                sums[k, 3] += min(max(depth[r, c], np.float32(-DEEPEST)), np.float32(DEEPEST))
+                sums[k, 4] += 1.0
     return _means(sums)
 
 
@@ -29,20 +34,17 @@ def rows(count, rgb, depth, low, high, first, last):  # pyright: ignore
     """As ``columns``, of the rows ``low`` to ``high`` from column ``first`` to ``last``."""
     sums = np.zeros((high - low, 5))
     for r in range(low, high):
+        red = green = blue = deep = found = 0.0
         for c in range(first, last):
             if count[r, c] > 0:
-                _add(sums[r - low], rgb[r, c], depth[r, c])
+                red += rgb[r, c, 0]
+                green += rgb[r, c, 1]
+                blue += rgb[r, c, 2]
+                deep += min(max(depth[r, c], np.float32(-DEEPEST)), np.float32(DEEPEST))
+                found += 1.0
+        k = r - low
+        sums[k, 0], sums[k, 1], sums[k, 2], sums[k, 3], sums[k, 4] = red, green, blue, deep, found
     return _means(sums)
-
-
-@nb.njit(cache=True, nogil=True)
-def _add(total, rgb, depth):  # pyright: ignore
-    """Add a pixel to sums (5,)."""
-    total[0] += rgb[0]
-    total[1] += rgb[1]
-    total[2] += rgb[2]
-    total[3] += min(max(depth, np.float32(-DEEPEST)), np.float32(DEEPEST))
-    total[4] += 1.0
 
 
 @nb.njit(cache=True, nogil=True)
@@ -51,5 +53,6 @@ def _means(sums):  # pyright: ignore
     means = np.full((len(sums), 4), np.nan, np.float32)
     for k in range(len(sums)):
         if sums[k, 4] >= LEAST:
-            means[k] = sums[k, :4] / sums[k, 4]
+            for j in range(4):
+                means[k, j] = sums[k, j] / sums[k, 4]
     return means

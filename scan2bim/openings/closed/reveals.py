@@ -122,6 +122,8 @@ def _behind_trim(edge: Edge | None, reveal: Reveal | None, lap: float, lined: bo
 
 def _reveals(box: Rectangle, edges: Sequence[Edge | None], points: WallPoints, half: float) -> list[Reveal | None]:
     """The reveals left, right and at the head of a rectangle, near those of its ``edges`` that were found."""
+    if not any(edges):
+        return [None] * len(edges)
     reach = FARTHEST + LAPS + STRIP + 2 * TRIM
     near = points.inside(box.left - reach, box.right + reach, 0.0, box.top + reach)
     return [_reveal_at(box, k, edge, near, half) for k, edge in enumerate(edges)]

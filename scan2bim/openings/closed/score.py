@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +111,10 @@ class Features:
 
     def vector(self) -> NDArray[np.float64]:
         """In the order of the fields."""
-        return np.array([getattr(self, field.name) for field in fields(self)], np.float64)
+        return np.array(_all_of(self), np.float64)
+
+
+_all_of = attrgetter(*(field.name for field in fields(Features)))
 
 
 def features_of(evidence: Sequence[FaceEvidence], box: Rectangle) -> Features:

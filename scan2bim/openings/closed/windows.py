@@ -5,6 +5,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
+from scan2bim.geometry.medians import median
 from scan2bim.openings.orthoimage import PIXEL
 
 FEWEST = 50
@@ -42,7 +43,7 @@ def known_values(values, known, part, step):  # pyright: ignore
 @nb.njit(cache=True, nogil=True)
 def level(values):  # pyright: ignore
     """The median of values (k,), nan of too few."""
-    return np.median(values) if len(values) > FEWEST else np.nan
+    return median(values) if len(values) > FEWEST else np.nan
 
 
 @nb.njit(cache=True, nogil=True)
@@ -62,7 +63,7 @@ def wall_level(left, right, skin, step):  # pyright: ignore
     the most of them that lies near the wall's plane, else that plane itself.
     """
     if len(left) > FEWEST and len(right) > FEWEST:
-        a, b = np.median(left), np.median(right)
+        a, b = median(left), median(right)
         if abs(a - b) < skin / 2 and max(abs(a), abs(b)) < step:
             return (a + b) / 2
     near = np.empty(len(left) + len(right), np.float32)
@@ -72,7 +73,7 @@ def wall_level(left, right, skin, step):  # pyright: ignore
             if abs(value) < skin:
                 near[used] = value
                 used += 1
-    return np.median(near[:used]) if used > FEWEST else 0.0
+    return median(near[:used]) if used > FEWEST else 0.0
 
 
 @nb.njit(cache=True, nogil=True)
@@ -85,7 +86,7 @@ def colour_step(rgb, known, inside, left, right, step, fewest):  # pyright: igno
         beside = np.concatenate((known_values(values, known, left, step), known_values(values, known, right, step)))
         if len(inner) < fewest or len(beside) < fewest:
             return 0.0
-        most = max(most, abs(np.median(inner) - np.median(beside)))
+        most = max(most, abs(median(inner) - median(beside)))
     return most
 
 
@@ -144,7 +145,7 @@ def share_alike(means, place, reach, colour, fewest):  # pyright: ignore
         return 0.0
     usual = np.empty(3)
     for k in range(3):
-        usual[k] = np.median(means[rows, k])
+        usual[k] = median(means[rows, k])
     alike = 0
     for row in rows:
         same = abs(means[row, 3] - place) < reach
