@@ -55,7 +55,6 @@ class WallPoints:
         rows = within(self.along, self.up, np.array([left, right, bottom, top], np.float32))
         return WallPoints(self.along[rows], self.across[rows], self.up[rows], self.rgb[rows], self.station[rows])
 
-
     def stations_inside(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
         """How many of those are of each station (s,)."""
         box = np.array([left, right, bottom, top], np.float32)

@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from scan2bim.geometry.graphs import connected_parts
+from scan2bim.geometry.space_index import SpaceIndex
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
 from scan2bim.verify.patches import Gap, main_direction
@@ -138,9 +139,6 @@ def _labels(keys: I64, middle: F64, storeys: Sequence[ModelStorey], to_model: F6
 
 def _groups(keys: I64) -> I64:
     """Number of the connected group of each voxel (k,), neighbours in all 26 directions."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     rows: list[I64] = []
     cols: list[I64] = []
     ahead = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
@@ -150,9 +148,7 @@ def _groups(keys: I64) -> I64:
         hit = np.flatnonzero(keys[at] == keys + step) if len(keys) else np.zeros(0, np.int64)
         rows.append(hit)
         cols.append(at[hit])
-    i, j = np.concatenate(rows), np.concatenate(cols)
-    _, label = connected_components(coo_matrix((np.ones(len(i), bool), (i, j)), (len(keys), len(keys))), directed=False)
-    return label.astype(np.int64)
+    return connected_parts(len(keys), np.column_stack([np.concatenate(rows), np.concatenate(cols)]))
 
 
 def _addition(
@@ -208,7 +204,7 @@ def _reaching(middle: F64, ceilings: F64) -> float:
     pixels, column = np.unique(np.floor(middle[:, :2] / EDGE).astype(np.int64), axis=0, return_inverse=True)
     top = np.full(len(pixels), -np.inf)
     np.maximum.at(top, column.ravel(), middle[:, 2])
-    _, place = cKDTree(near[:, :2]).query((pixels + 0.5) * EDGE, k=NEAREST, distance_upper_bound=REACHES)
+    place = SpaceIndex(near[:, :2]).nearest((pixels + 0.5) * EDGE, NEAREST, REACHES)
     over = np.append(near[:, 2], np.inf)[place] - top[:, None]
     return float(((over > -EDGE) & (over < REACHES)).any(axis=1).mean())
 
@@ -231,8 +227,7 @@ def _covered(middle: F64, ceilings: F64) -> float:
     over = ceilings[ceilings[:, 2] > middle[:, 2].max() + 1.5]
     if not len(over):
         return 0.0
-    distance, _ = cKDTree(over[:, :2]).query(middle[:, :2])
-    return float((np.asarray(distance) < OVER).mean())
+    return float((SpaceIndex(over[:, :2]).nearest(middle[:, :2], 1, OVER) >= 0).mean())
 
 
 def _vector(values: F64) -> tuple[float, float, float]:

@@ -68,22 +68,15 @@ def reach_of(table: FaceTable) -> F64:
     return np.clip(width, LEAST_REACH, np.where(top, TOP_REACH, REACH))
 
 
-def face_arrays(table: FaceTable) -> tuple[NDArray[Any], ...]:
-    """The arrays of a table as ``assign`` takes them."""
-    return (
-        table.normal,
-        table.origin,
-        table.u,
-        table.v,
-        table.size,
-        table.shape,
-        table.start,
-        table.grid,
-        table.two_sided,
-        table.part,
-        table.element,
-        reach_of(table),
-    )
+def face_arrays(table: FaceTable) -> tuple[F64, I64, NDArray[Any]]:
+    """The faces as ``assign`` takes them, side by side in memory: origin, normal, reach, size, u and v (f, 14); shape,
+    start, whether it is two-sided, part and element (f, 6); and the grid of their cells.
+    """
+    reach, size = reach_of(table)[:, None], table.size[:, None]
+    measures = np.concatenate([table.origin, table.normal, reach, size, table.u, table.v], axis=1)
+    flags = [table.start, table.two_sided, table.part, table.element]
+    counts = np.column_stack([table.shape, *flags]).astype(np.int64)
+    return np.ascontiguousarray(measures, np.float64), np.ascontiguousarray(counts), table.grid
 
 
 def _tile_key(tile: I64) -> I64:
@@ -94,9 +87,8 @@ def _tile_key(tile: I64) -> I64:
 def make_bins(table: FaceTable) -> FaceBins:
     """Bins of all places within reach of a face's cells."""
     pad = float(table.size.max(initial=0.01))
-    pairs = _bin_pairs(
-        table.normal, table.origin, table.u, table.v, table.size, table.cell_face, table.cell_at, pad, REACH, BIN
-    )
+    axes = table.normal, table.origin, table.u, table.v
+    pairs = _bin_pairs(*axes, table.size, table.shape, table.cell_face, table.cell_at, pad)
     place, face = pairs[:, :3], pairs[:, 3]
     tile = np.floor_divide(place, NB)
     inner = place - tile * NB
@@ -107,18 +99,19 @@ def make_bins(table: FaceTable) -> FaceBins:
 
 
 @nb.njit(cache=True, nogil=True)
-def _bin_pairs(normal, origin, u, v, size, cell_face, cell_at, pad, reach, edge):  # pyright: ignore
-    """(k, 4) bins x, y, z and face; a face's bins are met once or few times each."""
+def _bin_pairs(normal, origin, u, v, size, shape, cell_face, cell_at, pad):  # pyright: ignore
+    """(k, 4) bins x, y, z and face, each once."""
     out = np.empty((1 << 16, 4), np.int64)
     used = 0
     steps = 4
     last = -1
-    seen = set()
-    seen.add((np.int64(0), np.int64(0), np.int64(0)))
+    low, width = np.zeros(3, np.int64), np.ones(3, np.int64)
+    seen = np.zeros(1, np.bool_)  # of the face's own bins
     for c in range(cell_face.shape[0]):
         f = cell_face[c]
         if f != last:
-            seen.clear()
+            _bins_of_face(origin[f], shape[f] * size[f], (u[f], v[f], normal[f]), pad, low, width)
+            seen = np.zeros(width.prod(), np.bool_)
             last = f
         stride = max(1, int(0.1 / size[f]))
         if cell_at[c, 0] % stride != 0 and cell_at[c, 1] % stride != 0:
@@ -126,32 +119,34 @@ def _bin_pairs(normal, origin, u, v, size, cell_face, cell_at, pad, reach, edge)
         a = (cell_at[c, 0] + 0.5) * size[f]
         b = (cell_at[c, 1] + 0.5) * size[f]
         for k in range(-steps, steps + 1):
-            d = reach * k / steps
+            d = REACH * k / steps
             px = origin[f, 0] + a * u[f, 0] + b * v[f, 0] + d * normal[f, 0]
             py = origin[f, 1] + a * u[f, 1] + b * v[f, 1] + d * normal[f, 1]
             pz = origin[f, 2] + a * u[f, 2] + b * v[f, 2] + d * normal[f, 2]
-            x0 = np.int64(np.floor((px - pad) / edge))
-            x1 = np.int64(np.floor((px + pad) / edge))
-            y0 = np.int64(np.floor((py - pad) / edge))
-            y1 = np.int64(np.floor((py + pad) / edge))
-            z0 = np.int64(np.floor((pz - pad) / edge))
-            z1 = np.int64(np.floor((pz + pad) / edge))
-            for x in range(x0, x1 + 1):
-                for y in range(y0, y1 + 1):
-                    for z in range(z0, z1 + 1):
-                        if (x, y, z) in seen:
+            for x in range(np.int64(np.floor((px - pad) / BIN)), np.int64(np.floor((px + pad) / BIN)) + 1):
+                for y in range(np.int64(np.floor((py - pad) / BIN)), np.int64(np.floor((py + pad) / BIN)) + 1):
+                    for z in range(np.int64(np.floor((pz - pad) / BIN)), np.int64(np.floor((pz + pad) / BIN)) + 1):
+                        at = ((x - low[0]) * width[1] + y - low[1]) * width[2] + z - low[2]
+                        if seen[at]:
                             continue
-                        seen.add((x, y, z))
+                        seen[at] = True
                         if used == out.shape[0]:
-                            more = np.empty((2 * used, 4), np.int64)
-                            more[:used] = out
-                            out = more
-                        out[used, 0] = x
-                        out[used, 1] = y
-                        out[used, 2] = z
-                        out[used, 3] = f
+                            out = np.concatenate((out, np.empty_like(out)))
+                        out[used, 0], out[used, 1], out[used, 2], out[used, 3] = x, y, z, f
                         used += 1
     return out[:used]
+
+
+@nb.njit(cache=True, nogil=True)
+def _bins_of_face(origin, extent, axes, pad, low, width):  # pyright: ignore
+    """The first bin (3,) of those within reach of a face of an ``extent`` (2,) and their number each way, in place."""
+    for j in range(3):
+        first = last = origin[j]
+        for k, (least, most) in enumerate(((0.0, extent[0]), (0.0, extent[1]), (-REACH, REACH))):
+            first += min(least * axes[k][j], most * axes[k][j])
+            last += max(least * axes[k][j], most * axes[k][j])
+        low[j] = np.int64(np.floor((first - pad) / BIN)) - 1
+        width[j] = np.int64(np.floor((last + pad) / BIN)) + 2 - low[j]
 
 
 @nb.njit(cache=True, nogil=True)
@@ -271,6 +266,8 @@ def assign(raw, corner, voxels, stations, ignored, bins, faces, sums, owner):  #
     normals; bins: first entries and faces, as ``FaceBins.of_tile``; faces: as ``face_arrays``.
     """
     slots, normals = voxels
+    starts, members = bins
+    measures, counts, grid = faces
     step = TILE / STEPS
     for i in range(raw.shape[0]):
         qx = np.int64(raw[i, 0]) | np.int64(raw[i, 1]) << 8
@@ -281,16 +278,16 @@ def assign(raw, corner, voxels, stations, ignored, bins, faces, sums, owner):  #
             owner[i] = -3
             continue
         b = ((qx * NB // STEPS) * NB + qy * NB // STEPS) * NB + qz * NB // STEPS
-        first = bins[0][b]
-        end = bins[0][b + 1]
         owner[i] = -2
-        if first == end:
+        if starts[b] == starts[b + 1]:
             continue
         x = (qx + 0.5) * step + corner[0]
         y = (qy + 0.5) * step + corner[1]
         z = (qz + 0.5) * step + corner[2]
-        n = normals[slots[((qx * NV // STEPS) * NV + qy * NV // STEPS) * NV + qz * NV // STEPS]]
-        found, cell, deviation = _owner(x, y, z, n, stations[number], bins[1][first:end], faces)
+        s = slots[((qx * NV // STEPS) * NV + qy * NV // STEPS) * NV + qz * NV // STEPS]
+        n = normals[s, 0], normals[s, 1], normals[s, 2]
+        eye = stations[number, 0], stations[number, 1], stations[number, 2]
+        found, cell, deviation = _owner(x, y, z, n, eye, starts[b], starts[b + 1], members, measures, counts, grid)
         owner[i] = found
         if cell >= 0:
             sums[cell, 0] += 1.0
@@ -299,13 +296,13 @@ def assign(raw, corner, voxels, stations, ignored, bins, faces, sums, owner):  #
 
 
 @nb.njit(cache=True, nogil=True)
-def _owner(x, y, z, n, station, candidates, faces):  # pyright: ignore
-    """Owner as in ``assign``, cell (-1 for none) and signed deviation of a point with normal ``n`` (3,).
+def _owner(x, y, z, n, station, first, end, members, measures, counts, grid):  # pyright: ignore
+    """Owner as in ``assign``, cell (-1 for none) and signed deviation of a point with normal ``n`` (3,), of the faces
+    ``members`` from the first to before the end.
 
     The nearest face takes the point. At its rim it takes it off the others, but measures nothing. What lies nearest to
     a door or window is measured on the patch of its opening, where there is one.
     """
-    normal, origin, _, _, _, _, _, _, two_sided, part, element, reach = faces
     clear = n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0
     best = REACH if clear else NEAR_UNKNOWN
     best_patch = best
@@ -313,37 +310,39 @@ def _owner(x, y, z, n, station, candidates, faces):  # pyright: ignore
     own = patch = -1
     own_deviation = patch_deviation = 0.0
     fills = False
-    for f in candidates:
-        dx = x - origin[f, 0]
-        dy = y - origin[f, 1]
-        dz = z - origin[f, 2]
-        deviation = dx * normal[f, 0] + dy * normal[f, 1] + dz * normal[f, 2]
+    for k in range(first, end):
+        f = members[k]
+        dx = x - measures[f, 0]
+        dy = y - measures[f, 1]
+        dz = z - measures[f, 2]
+        deviation = dx * measures[f, 3] + dy * measures[f, 4] + dz * measures[f, 5]
         away = abs(deviation)
-        near = min(best_patch if part[f] == PATCH else best, reach[f])
+        part = counts[f, 4]
+        near = min(best_patch if part == PATCH else best, measures[f, 6])
         if away >= near and (away > EXPLAINED or explained != -2):
             continue
-        cell = _cell_under(f, dx, dy, dz, faces)
+        cell = _cell_under(f, dx, dy, dz, measures, counts, grid)
         if cell == -1:
             continue
         if away <= EXPLAINED and explained == -2:
             explained = -1
         if away >= near:
             continue
-        if clear and abs(n[0] * normal[f, 0] + n[1] * normal[f, 1] + n[2] * normal[f, 2]) < COSINE:
+        if clear and abs(n[0] * measures[f, 3] + n[1] * measures[f, 4] + n[2] * measures[f, 5]) < COSINE:
             continue
-        front = (station[0] - x) * normal[f, 0] + (station[1] - y) * normal[f, 1] + (station[2] - z) * normal[f, 2]
-        if front < 0.0:  # never so for unknown stations, whose positions are nan
-            if not two_sided[f]:
+        front = station[0] - x, station[1] - y, station[2] - z
+        if front[0] * measures[f, 3] + front[1] * measures[f, 4] + front[2] * measures[f, 5] < 0.0:
+            if not counts[f, 3]:  # seen from behind; never so from unknown stations, whose positions are nan
                 continue
             deviation = -deviation
-        if part[f] == PATCH and cell != RIM:
+        if part == PATCH and cell != RIM:
             best_patch = away
             patch = cell
             patch_deviation = deviation
         if away < best:
             best = away
-            explained = element[f]
-            fills = part[f] == FILL
+            explained = counts[f, 5]
+            fills = part == FILL
             own = -1 if fills or cell == RIM else cell
             own_deviation = deviation
     if fills and patch >= 0:
@@ -351,12 +350,11 @@ def _owner(x, y, z, n, station, candidates, faces):  # pyright: ignore
     return explained, own, own_deviation
 
 
-@nb.njit(cache=True, nogil=True, inline="always")
-def _cell_under(f, dx, dy, dz, faces):  # pyright: ignore
+@nb.njit(cache=True, nogil=True)
+def _cell_under(f, dx, dy, dz, measures, counts, grid):  # pyright: ignore
     """The cell of face ``f`` under a point at (dx, dy, dz) from the face's origin, RIM at its rim, -1 for none."""
-    _, _, u, v, size, shape, start, grid, _, _, _, _ = faces
-    p = math.floor((dx * u[f, 0] + dy * u[f, 1] + dz * u[f, 2]) / size[f])
-    q = math.floor((dx * v[f, 0] + dy * v[f, 1] + dz * v[f, 2]) / size[f])
-    if p < 0 or q < 0 or p >= shape[f, 0] or q >= shape[f, 1]:
+    p = math.floor((dx * measures[f, 8] + dy * measures[f, 9] + dz * measures[f, 10]) / measures[f, 7])
+    q = math.floor((dx * measures[f, 11] + dy * measures[f, 12] + dz * measures[f, 13]) / measures[f, 7])
+    if p < 0 or q < 0 or p >= counts[f, 0] or q >= counts[f, 1]:
         return -1
-    return grid[start[f] + p * shape[f, 1] + q]
+    return grid[counts[f, 2] + p * counts[f, 1] + q]

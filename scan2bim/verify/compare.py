@@ -92,12 +92,15 @@ def _tiles(scan_folders: Sequence[Path]) -> Iterator[tuple[I32, Runs, float]]:
     """Each tile, a function that gives its points run by run, and the share of points done after it."""
     indices = [TileIndex.load(f) for f in scan_folders]
     tiles, counts = _tile_counts(indices)
+    owners = [{tuple(t) for t in index.runs["tile"].tolist()} for index in indices]
     done = np.cumsum(counts) / max(int(counts.sum()), 1)
     for tile, share in zip(tiles, done, strict=True):
 
         def runs(tile: I32 = tile) -> Iterator[NDArray[np.void]]:
-            for index in indices:
-                yield from tile_runs(index, tile)
+            key = tuple(tile.tolist())
+            for index, own in zip(indices, owners, strict=True):
+                if key in own:
+                    yield from tile_runs(index, tile)
 
         yield tile, runs, float(share)
 

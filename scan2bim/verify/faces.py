@@ -86,9 +86,8 @@ class FaceTable:
 
     def centres(self, cells: I64 | NDArray[np.bool_] | slice = slice(None)) -> F64:
         """(k, 3) middles of the cells."""
-        face = self.cell_face[cells]
-        along = (self.cell_at[cells] + 0.5) * self.size[face][:, None]
-        return self.origin[face] + along[:, :1] * self.u[face] + along[:, 1:] * self.v[face]
+        face, at = self.cell_face[cells], self.cell_at[cells]
+        return _centres(face, at, self.size, self.origin, self.u, self.v)
 
     def box(self) -> F64:
         """(2, 3) lower and upper corner of what its faces' grids take."""
@@ -338,3 +337,15 @@ def _rim(grid):  # pyright: ignore
                 for b in range(max(j - 1, 0), min(j + 2, nv)):
                     if grid[a, b] == -1:
                         grid[a, b] = RIM
+
+
+@nb.njit(cache=True, nogil=True)
+def _centres(face, at, size, origin, u, v):  # pyright: ignore
+    """Middles (k, 3) of cells by their faces (k,) and their places ``at`` (k, 2) in their grids."""
+    out = np.empty((len(face), 3))
+    for i in range(len(face)):
+        f = face[i]
+        a, b = (at[i, 0] + 0.5) * size[f], (at[i, 1] + 0.5) * size[f]
+        for k in range(3):
+            out[i, k] = origin[f, k] + a * u[f, k] + b * v[f, k]
+    return out

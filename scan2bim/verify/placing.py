@@ -10,9 +10,9 @@ from typing import Literal
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from scan2bim.cloud.surfels import Surfels
+from scan2bim.geometry.space_index import SpaceIndex
 from scan2bim.verify.faces import FaceTable
 
 F64 = NDArray[np.float64]
@@ -60,9 +60,9 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Cells of a model, thinned: middles and normals (n, 3) in the model's frame, in a tree."""
+    """Cells of a model, thinned: middles and normals (n, 3) in the model's frame, by place."""
 
-    tree: cKDTree
+    index: SpaceIndex
     middle: F64
     normal: F64
     two_sided: NDArray[np.bool_]
@@ -135,7 +135,7 @@ def make_target(table: FaceTable, elements_that_count: NDArray[np.bool_]) -> Tar
     cells = np.flatnonzero(keep)
     face = table.cell_face[cells]
     middle = table.centres(cells)
-    return Target(cKDTree(middle), middle, table.normal[face], table.two_sided[face])
+    return Target(SpaceIndex(middle), middle, table.normal[face], table.two_sided[face])
 
 
 def residuals(target: Target, sample: Sample, matrix: F64, gate: float) -> tuple[F64, F64, F64, NDArray[np.bool_]]:
@@ -146,8 +146,8 @@ def residuals(target: Target, sample: Sample, matrix: F64, gate: float) -> tuple
     back = np.linalg.inv(matrix)
     points = sample.xyz @ back[:3, :3].T + back[:3, 3]
     stations = sample.position @ back[:3, :3].T + back[:3, 3]
-    distance, place = target.tree.query(points, NEIGHBOURS, distance_upper_bound=gate + SPACING)
-    near, cells = np.where(np.isfinite(distance), place, -1), (target.middle, target.normal, target.two_sided)
+    near = target.index.nearest(points, NEIGHBOURS, gate + SPACING)
+    cells = (target.middle, target.normal, target.two_sided)
     offset, best, hit = _nearest_plane(points, stations, near, *cells, gate)
     return offset, target.normal[best], points, hit
 
