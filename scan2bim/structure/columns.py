@@ -57,9 +57,10 @@ class Columns:
     """Vertical surfaces in plan: (m,) columns with two or more surfels one above the other.
 
     ``pixel`` (m, 2) int64; ``xy`` (m, 2) float64 mean position; ``bins`` (m,) how many 10 cm heights are occupied;
-    ``high`` (m,) how many of those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``view`` (m, 2) float64
-    mean unit direction in plan from the surface to the stations that saw it, zero where no station is known; ``points``
-    (m,) number of scan points; ``station`` (m,) of one of its surfels; ``rgb`` (m, 3) mean colour.
+    ``high`` (m,) how many of those within HIGH of the ceiling; ``low`` (m,) how many below 1 m; ``gap`` (m,) metres
+    from the highest of them up to the ceiling; ``view`` (m, 2) float64 mean unit direction in plan from the surface to
+    the stations that saw it, zero where no station is known; ``points`` (m,) number of scan points; ``station`` (m,) of
+    one of its surfels; ``rgb`` (m, 3) mean colour.
     """
 
     pixel: NDArray[np.int64]
@@ -67,6 +68,7 @@ class Columns:
     bins: NDArray[np.int64]
     high: NDArray[np.int64]
     low: NDArray[np.int64]
+    gap: F64
     view: F64
     points: NDArray[np.int64]
     station: NDArray[np.uint16]
@@ -120,7 +122,16 @@ def gather_columns(surfels: Surfels, layers: Layers, grid: Grid, stations: F64) 
     if len(first) == 0:
         none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
         return Columns(
-            pairs.astype(np.int64), pairs, none, none, none, pairs, none, none.astype(np.uint16), np.zeros((0, 3))
+            pairs.astype(np.int64),
+            pairs,
+            none,
+            none,
+            none,
+            pairs[:, 0],
+            pairs,
+            none,
+            none.astype(np.uint16),
+            np.zeros((0, 3)),
         )
     index = layers.order[at]
     bins = np.diff(np.append(first, len(at)))
@@ -132,9 +143,10 @@ def gather_columns(surfels: Surfels, layers: Layers, grid: Grid, stations: F64) 
     mean_view = np.stack([np.add.reduceat(view[:, k], first) / bins for k in range(2)], 1)
     high = np.add.reduceat((xyz[:, 2] > grid.roof[p[:, 1], p[:, 0]] - HIGH).astype(np.int64), first)
     low = np.add.reduceat((xyz[:, 2] < grid.floor + 1.0).astype(np.int64), first)
+    gap = grid.roof[p[first, 1], p[first, 0]] - np.maximum.reduceat(xyz[:, 2], first)
     points = np.add.reduceat(surfels.count[index].astype(np.int64), first)
     rgb = np.add.reduceat(surfels.rgb[index].astype(np.float64), first) / bins[:, None]
-    return Columns(p[first], xy, bins, high, low, mean_view, points, surfels.station[index][first], rgb)
+    return Columns(p[first], xy, bins, high, low, gap, mean_view, points, surfels.station[index][first], rgb)
 
 
 def _views(xyz: F64, station: NDArray[np.uint16], stations: F64) -> F64:

@@ -36,6 +36,8 @@ BEFORE = 0.3
 """Least distance, metres, of stations before the face."""
 NARROWEST, FULL = 0.3, 0.7
 """Least width and height of an opening, metres, and share of the rectangle round it that it fills."""
+LOWEST_SILL = 0.5
+"""Height, metres, of the lowest sill: of what begins lower, things may hide the rest."""
 BESIDE = 0.1
 """Metres beside a jamb within which the wall's face goes on along half of its height."""
 NEAR_JAMB, ON_JAMB = 0.08, 0.01
@@ -149,9 +151,17 @@ class _Opening:
     solid: tuple[bool, bool]
 
 
-def jambs_of(axis: Axis, base: float, top: float, panoramas: Sequence[Panorama]) -> tuple[Crossings, ...]:
+@dataclass(frozen=True, slots=True)
+class SeenThrough:
+    """Of a wall's openings the ``jambs`` that rays crossed, and whether any of them has a ``sill``, as windows have."""
+
+    jambs: tuple[Crossings, ...]
+    sill: bool
+
+
+def seen_through(axis: Axis, base: float, top: float, panoramas: Sequence[Panorama]) -> SeenThrough:
     """Rays of stations before it through the openings of a straight wall of which one face was seen, between the
-    heights ``base`` and ``top`` (z), for each jamb that any crossed.
+    heights ``base`` and ``top`` (z).
     """
     outward = -axis.normal if axis.left else axis.normal
     start = axis.start + axis.inset
@@ -164,9 +174,11 @@ def jambs_of(axis: Axis, base: float, top: float, panoramas: Sequence[Panorama])
         frame = np.append(panorama.cube(np.array([start, axis.direction, outward])), sizes)
         seen.append(_look(panorama.ranges, panorama.cube(panorama.position[None])[0], frame, on_face, through))
     rays = Rays(*np.concatenate(seen).T.astype(np.float64))
-    sides = [(opening, side) for opening in _openings(on_face, through) for side in (0, 1) if opening.solid[side]]
+    openings = _openings(on_face, through)
+    sides = [(opening, side) for opening in openings for side in (0, 1) if opening.solid[side]]
     found = [_at_jamb(rays, opening, side) for opening, side in sides]
-    return tuple(jamb for jamb in found if jamb is not None)
+    sill = any(all(opening.solid) and opening.base > LOWEST_SILL for opening in openings)
+    return SeenThrough(tuple(jamb for jamb in found if jamb is not None), sill)
 
 
 def _openings(on_face: F32, through: F32) -> list[_Opening]:

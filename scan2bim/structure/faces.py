@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
 from scan2bim.structure.fits import BAND, SPARSE, Face, fit_line, settled
+from scan2bim.structure.furniture import without_furniture
 from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
-from scan2bim.structure.plan import Columns, Plan
+from scan2bim.structure.plan import SAME_LEVEL, Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
 from scan2bim.structure.steps import EVEN, LONG_ENOUGH, TURNED, mod_quarter, parallel_lines, turn_to, turned
+from scan2bim.structure.strips import ceiling_on
 
 FEWEST_BINS = 4
 """Heights of 10 cm that a column must fill to be upright at all: 40 cm, more than a skirting board or a book."""
@@ -36,8 +38,6 @@ TALL = 0.6
 """Share of its seen length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
 NOT_TALL = 0.15
 """Share of such a stretch, at most, on which the face before it does so: cupboards in line with the wall."""
-SAME_LEVEL = 0.04
-"""Difference in height, metres, from which a strip of ceiling hangs lower: the soffit of a lintel."""
 LEAST_KNOWN = 0.3
 """Share of a nook's ceiling that must have been seen: cupboards in it hide the rest."""
 LEAST_NOOK = 0.5
@@ -104,7 +104,7 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
         if f.tall >= min(0.4, 0.5 * f.length)
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
-    faces = _square_up(columns, faces)
+    faces = without_furniture(plan, _square_up(columns, faces))
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
     faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))
@@ -179,21 +179,6 @@ def _filled(plan: Plan, face: Face, back: Face) -> bool:
     if known.mean() < LEAST_KNOWN or not np.isfinite(before).any():
         return False
     return abs(float(np.median(within[known]) - np.nanmedian(before))) < SAME_LEVEL
-
-
-def strip_of(plan: Plan, face: Face, back: float, front: float) -> I64:
-    """Pixels (across, along, 2) of a strip along a face, from ``back`` to ``front`` metres before it, every 5 cm."""
-    t, d = np.meshgrid(np.arange(face.low, face.high, PLAN), np.arange(back + PLAN / 2, front, PLAN))
-    points = face.centre + t[..., None] * face.direction + d[..., None] * face.normal
-    pixel = plan.grid.pixel_of(points.reshape(-1, 2))
-    return np.clip(pixel, 0, np.array(plan.floor.shape[::-1]) - 1).reshape(*t.shape, 2)
-
-
-def ceiling_on(plan: Plan, face: Face, back: float, front: float) -> NDArray[np.float32]:
-    """Heights of the ceiling (across, along) on such a strip; NaN where none was seen."""
-    pixel = strip_of(plan, face, back, front)
-    seen = plan.ceiling[pixel[..., 1], pixel[..., 0]] > 0
-    return np.where(seen, plan.ceiling_z[pixel[..., 1], pixel[..., 0]], np.float32(np.nan))
 
 
 def _parts_beside(plan: Plan, face: Face, low: float, high: float) -> list[Face]:

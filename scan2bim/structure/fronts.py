@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
-from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, SAME_LEVEL, Face, Lines, ceiling_on, strip_of
+from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, Face, Lines
 from scan2bim.structure.free_space import seen_beyond
-from scan2bim.structure.plan import Plan, without_ceiling
+from scan2bim.structure.plan import SAME_LEVEL, Plan, without_ceiling
+from scan2bim.structure.strips import ceiling_on, strip_of
 
 SHORTEST = 0.6
 """Length, metres, of the shortest front looked for."""

@@ -41,6 +41,10 @@ was cut below the ceiling.
 """
 CUT = 99.5
 """Percentile of the heights of a storey without a ceiling that is its top: where the scan was cut."""
+DEEPEST_FURNITURE = 5
+"""Steps of 15 cm by which a ceiling goes on over things under which nothing was seen: across their fronts, too."""
+SAME_LEVEL = 0.04
+"""Difference in height, metres, from which a strip of ceiling hangs lower: the soffit of a lintel."""
 CLEAR_SLOPE = 6.0
 """Slope of the blurred floor-and-ceiling mask (Sobel units of up to 48) from which a surface's front can be told from
 its back.
@@ -99,6 +103,9 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     at = np.flatnonzero(hollow & (z > levels.floor + LOWEST_CEILING))
     at = at[_overhead(pixel[at], xyz[at], here.pick(at), surfels, stations, shape)]
     ceiling, ceiling_z, soffit, found = _ceiling(pixel[at], xyz[at], shape)
+    bare = np.flatnonzero(np.isinf(here.below) & (z > levels.floor + LOWEST_CEILING) & (z < levels.top - 0.02))
+    bare = bare[_eyes(surfels, here.pick(bare), stations)[:, 2] < z[bare]]
+    ceiling, ceiling_z = _over_furniture(ceiling, ceiling_z, _lowest(pixel[bare], z[bare], shape))
     things = np.zeros_like(floor)
     if ceiling.sum() <= ROOFED * floor.sum():
         levels = replace(levels, ceiling=None, top=float(np.percentile(z, CUT)))
@@ -280,6 +287,20 @@ def _ceiling(pixel: NDArray[np.int64], xyz: F64, shape: tuple[int, ...]) -> tupl
     mask = opened(closed(np.isfinite(height).astype(np.uint8), 5), SMALLEST_CEILING)
     height[mask == 0] = np.nan
     return mask, height, rim, found
+
+
+def _over_furniture(ceiling: U8, ceiling_z: F32, bare: F32) -> tuple[U8, F32]:
+    """The mask and heights of the ceiling, drawn on over what was seen from below with nothing under it (``bare``,
+    heights, nan elsewhere) as far as that goes on as high: over a wardrobe as long as the wall, one sees nothing else.
+    """
+    level = ceiling_z.copy()
+    for _ in range(DEEPEST_FURNITURE):
+        beside = cv2.dilate(np.where(np.isfinite(level), level, np.float32(-np.inf)), np.ones((7, 7), np.uint8))
+        new = np.isnan(level) & (np.abs(beside - bare) < SAME_LEVEL)
+        if not new.any():
+            break
+        level[new] = bare[new]
+    return np.where(np.isfinite(level), np.uint8(1), ceiling), level
 
 
 def _roof_near(ceiling_z: F32) -> F32:

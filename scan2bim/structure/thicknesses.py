@@ -16,9 +16,9 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.panorama import Panorama
-from scan2bim.geometry.polygons import filled
+from scan2bim.geometry.polygons import filled, polygons_of
 from scan2bim.structure.axes import Axis
-from scan2bim.structure.crossings import PLACED, Crossings, agreed, jambs_of
+from scan2bim.structure.crossings import PLACED, Crossings, agreed, seen_through
 
 OUTER = 0.30
 """Assumed thickness, metres, of a wall of which one face was seen: the usual outer wall."""
@@ -63,10 +63,13 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SoleFace:
-    """The only seen face of a wall, ``ends`` (2, 2) in plan, and the ``jambs`` of its openings that rays cross."""
+    """The only seen face of a wall, ``ends`` (2, 2) in plan with the space on its left, the ``jambs`` of its openings
+    that rays cross, and whether one of these has a ``sill``: a window.
+    """
 
     ends: F64
     jambs: tuple[Crossings, ...]
+    sill: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +109,16 @@ class OneFaced:
 
     def is_outer(self, border: F64) -> bool:
         """Whether the storey ends behind a border (2, 2)."""
-        way = (border[1] - border[0]) / max(float(np.linalg.norm(border[1] - border[0])), 1e-9)
-        depths = np.linspace(*BEHIND, 4)[:, None, None]
-        behind = border[0] + np.linspace(0.1, 0.9, 9)[:, None] * (border[1] - border[0]) + depths * [way[1], -way[0]]
+        behind = _behind(border)
         inside = shapely.contains_xy(self.outline, behind[..., 0], behind[..., 1])
         return float(inside.mean()) < 0.5
+
+
+def _behind(border: F64) -> F64:
+    """Places (4, 9, 2) beyond the wall behind a border (2, 2) with the space on its left."""
+    way = (border[1] - border[0]) / max(float(np.linalg.norm(border[1] - border[0])), 1e-9)
+    depths = np.linspace(*BEHIND, 4)[:, None, None]
+    return border[0] + np.linspace(0.1, 0.9, 9)[:, None] * (border[1] - border[0]) + depths * [way[1], -way[0]]
 
 
 def sole_faces(
@@ -128,7 +136,8 @@ def sole_faces(
         inside = shapely.contains_xy(beside, places[:, 0], places[:, 1])
         asked = [p for p, here in zip(panoramas, inside, strict=True) if here]
         ends = np.array([axis.start, axis.end]) + axis.inset
-        found.append(SoleFace(ends if axis.left else ends[::-1], jambs_of(axis, base, top, asked)))
+        through = seen_through(axis, base, top, asked)
+        found.append(SoleFace(ends if axis.left else ends[::-1], through.jambs, through.sill))
     return found
 
 
@@ -159,8 +168,15 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
 
 
 def built_over(storeys: Sequence[StoreyFaces]) -> BaseGeometry:
-    """What the lowest of some storeys takes up: its own outline, and what the others stand over."""
-    return shapely.union_all([outline_of(storey.spaces) for storey in storeys])
+    """What the lowest of some storeys takes up: its own outline, and what the others stand over, without the courts
+    that windows look into.
+    """
+    whole = shapely.union_all([outline_of(storey.spaces) for storey in storeys])
+    rooms = shapely.union_all([space for storey in storeys for space in storey.spaces])
+    unknown = polygons_of(whole.difference(rooms.buffer(BEHIND[0] - ON_LINE)))
+    views = [_behind(face.ends) for storey in storeys for face in storey.faces if face.sill]
+    courts = [u for u in unknown if any(shapely.contains_xy(u, v[..., 0], v[..., 1]).mean() > 0.5 for v in views)]
+    return whole.difference(shapely.union_all(courts))
 
 
 def outline_of(spaces: Sequence[Polygon]) -> BaseGeometry:

@@ -7,7 +7,7 @@ from shapely import box
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.structure.axes import Axis
-from scan2bim.structure.crossings import Crossings, agreed, jambs_of
+from scan2bim.structure.crossings import Crossings, agreed, seen_through
 from scan2bim.structure.thicknesses import OUTER, SoleFace, StoreyFaces, one_faced
 
 F64 = NDArray[np.float64]
@@ -52,7 +52,7 @@ def seen_from(place: tuple[float, float, float], thickness: float, frame: float 
 def rays(thickness: float, frame: float = 0.0) -> tuple[Crossings, ...]:
     wall = Axis(np.array([0.0, 0.15]), np.array([6.0, 0.15]), 0.3, False, frozenset(), frozenset({0}))
     places = ((2.0, -1.5, 1.5), (4.0, -1.8, 1.6), (1.0, -3.0, 1.5))
-    return jambs_of(wall, 0.0, 2.6, [seen_from(place, thickness, frame) for place in places])
+    return seen_through(wall, 0.0, 2.6, [seen_from(place, thickness, frame) for place in places]).jambs
 
 
 @pytest.mark.parametrize("thickness", [0.15, 0.2, 0.36, 0.49])
@@ -71,7 +71,7 @@ def test_a_frame_that_hides_the_reveal_leaves_bounds() -> None:
 
 def test_a_wall_without_openings_tells_nothing() -> None:
     wall = Axis(np.array([0.0, 0.15]), np.array([1.8, 0.15]), 0.3, False, frozenset(), frozenset({0}))
-    assert not jambs_of(wall, 0.0, 2.6, [seen_from((1.0, -2.0, 1.5), 0.2)])
+    assert not seen_through(wall, 0.0, 2.6, [seen_from((1.0, -2.0, 1.5), 0.2)]).jambs
     assert agreed([]) == (0.0, np.inf, np.inf)
 
 
@@ -148,3 +148,14 @@ def test_one_sided_rays_tell_another_thickness_by_more_than_a_frame_alone() -> N
         faces = [SoleFace(FIRST, usual), SoleFace(SECOND, (told(low, 0.8),))]
         (walls,) = one_faced([StoreyFaces([HALL], [], faces)], OUTER)
         assert (walls.behind(SECOND)[0] == walls.behind(FIRST)[0]) == same
+
+
+def test_a_court_that_windows_look_into_is_no_part_of_the_storey() -> None:
+    wings = [HALL, box(0, 4.3, 2, 9), box(4, 4.3, 6, 9), box(0, 9.3, 6, 12)]
+    into_court = np.array([[2.0, 4.3], [2.0, 9.0]])
+    partition = Axis(np.array([3.0, 0.0]), np.array([3.0, 4.0]), 0.12, True, frozenset({0}), frozenset({1}))
+    (blind,) = one_faced([StoreyFaces(wings, [partition], [SoleFace(into_court, ())])], OUTER)
+    assert blind.behind(into_court) == (0.12, None)
+    (seen,) = one_faced([StoreyFaces(wings, [partition], [SoleFace(into_court, (), sill=True)])], OUTER)
+    assert seen.behind(into_court) == (OUTER, None)
+    assert seen.behind(np.array([[4.0, 9.0], [4.0, 4.3]])) == (OUTER, None)
