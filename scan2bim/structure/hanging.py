@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.structure.faces import Face, strip_of
+from scan2bim.structure.faces import Face
 from scan2bim.structure.plan import Plan
+from scan2bim.structure.strips import strip_of
 
 STANDS = 0.05
 """Share of a face's columns, at least, that come down below 1 m where it stands on the floor."""

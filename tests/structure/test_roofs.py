@@ -31,7 +31,7 @@ def attic(under: NDArray[np.float64] | None = None, turned: float = 0.0, noise: 
     z = (z + rng.normal(0, noise, z.shape)).astype(np.float32)
     none, mask = np.zeros(0, np.int64), np.zeros(z.shape, np.uint8)
     columns = Columns(
-        np.zeros((0, 2), np.int64), np.zeros((0, 2)), none, none, none, np.zeros((0, 2)), none,
+        np.zeros((0, 2), np.int64), np.zeros((0, 2)), none, none, none, np.zeros(0), np.zeros((0, 2)), none,
         none.astype(np.uint16), np.zeros((0, 3)),
     )  # fmt: skip
     levels = StoreyLevels(0.0, 0.001, None, float(np.nanmax(z)) + 0.1, LONG * WIDE)
