@@ -26,9 +26,9 @@ REACH = 0.28
 """Distance from a rectangle's side, metres, within which its edge is looked for: a trim's width, a frame's, and wall
 beside them.
 """
-FARTHEST, NEAR = 0.10, 0.03
-"""Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's; and a
-hairline, as which chance shows more often.
+FARTHEST, INWARDS, NEAR = 0.10, 0.07, 0.03
+"""Distance outwards from a rectangle's side, metres, up to which a change is its edge and not the next thing's, and
+inwards, where things stand before the leaf; and both ways a hairline, as which chance shows more often.
 """
 BEFORE = 0.05
 """Distance before the wall, metres, from which on a point is a thing that stands there, no trim."""
@@ -40,6 +40,8 @@ EVEN = 0.5
 """Share of the places across an edge, of the most that are seen at any height, that must be seen at a height: what
 furniture hides in part would set one height's light against another's.
 """
+WIDEST_GAP = 0.035
+"""Metres across an edge that may be unseen between what is outside and what is inside."""
 STANDS_OUT = 0.004
 """Metres by which a trim stands out from the wall at least."""
 BESIDE, OFF = 0.16, 0.03
@@ -214,7 +216,7 @@ def _edge(profile: _Profile, wall: float) -> Edge | None:
     if known.sum() < LEAST_PLACES:
         return None
     seen = _Profile(profile.t[known], profile.values[known], profile.means[known], profile.noise)
-    return _trim(seen, wall) or _outermost_step(seen)
+    return _trim(seen, wall) or _outermost_step(seen, wall)
 
 
 def _trim(profile: _Profile, wall: float) -> Edge | None:
@@ -281,20 +283,22 @@ def _crossing(t: F64, values: F64, at: int, level: float) -> float:
     return float(t[at] + np.clip(share, 0.0, 1.0) * (t[at + 1] - t[at]))
 
 
-def _outermost_step(profile: _Profile) -> Edge | None:
-    """The outermost place where depth or colour changes for good, else the outermost hairline."""
+def _outermost_step(profile: _Profile, wall: float) -> Edge | None:
+    """The outermost place where depth or colour changes for good from the wall, else the outermost hairline."""
     t, values, least = profile.t, profile.values, _least(profile)
     a, b, c = values[:-2], values[1:-1], values[2:]
     middle = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))  # of three
     for i in range(len(t) - 4, 3, -1):
-        if t[i] > FARTHEST:
+        if not -INWARDS < t[i] < FARTHEST:
             continue
         outer, inner = middle[i + 1], middle[i - 3]
         change = np.abs(outer - inner) / least
-        if change.max() > 1:
+        if change.max() > 1 and (abs(outer[3] - wall) < OFF or abs(t[i]) < NEAR):
             k = int(np.argmax(change))
             near = range(max(i - 3, 0), min(i + 3, len(t) - 1))
             at = max(near, key=lambda j: abs(values[j + 1, k] - values[j, k]))
+            if t[at + 1] - t[at] > WIDEST_GAP:
+                continue  # something hides where it is
             place = _crossing(t, values[:, k], at, (outer[k] + inner[k]) / 2)
             return Edge(place, SIGMAS["step"], "step", bool(outer[3] - inner[3] > DEPTH_STEP))
         if abs(t[i]) < NEAR and _hairline(profile, i, i - 1) is not None:

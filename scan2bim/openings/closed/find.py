@@ -11,11 +11,12 @@ import numpy as np
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.openings.closed.edges import moved
 from scan2bim.openings.closed.evidence import FaceEvidence, evidence_of
+from scan2bim.openings.closed.extents import fitted
 from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates, contrasted
 from scan2bim.openings.closed.reveals import opening_edges
 from scan2bim.openings.closed.score import DOUBLE, FLUSH, UNSEEN, confidence, features_of, probability
 from scan2bim.openings.near_points import WallPoints
-from scan2bim.openings.orthoimage import F64, Side, breaks_of, orthoimage
+from scan2bim.openings.orthoimage import F64, PIXEL, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import SpaceShape, WallShape
 
@@ -102,7 +103,20 @@ def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     found = [judged(faces, box) for box in candidates(faces)]
     headed = [d for d in found if not d.box.whole]
     tall = [_headed(faces, d, headed) for d in found if d.box.whole and is_tall_leaf(d)]
-    return paired(faces, kept([*headed, *tall]))
+    return paired(faces, placed(faces, kept([*headed, *tall])))
+
+
+def placed(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
+    """Doors with their sides and heads where they fit best, none in another one's place."""
+    out: list[ClosedDoor] = []
+    length = faces[0].image.depth.shape[1] * PIXEL if faces else 0.0
+    for door in doors:
+        others = [d.box for d in doors if d is not door]
+        low = max((o.right for o in others if o.right <= door.box.left), default=0.0)
+        high = min((o.left for o in others if o.left >= door.box.right), default=length)
+        at = judged(faces, fitted(faces, door.box, low, high))
+        out.append(replace(at, probability=max(at.probability, door.probability)))
+    return out
 
 
 def _headed(faces: Sequence[Face], tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> ClosedDoor:
