@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,8 @@ from typing import Any
 from scan2bim.absent import absent
 from scan2bim.errors import DamagedFileError, InputError
 
-with absent("lark"):  # for view definitions, which nobody asks for: compiling their grammar takes 70 ms
+# Grammars of view definitions and streams, which nobody asks for, take 70 ms to compile; that they are missing is told.
+with absent("lark"), contextlib.redirect_stderr(io.StringIO()):
     import ifcopenshell
 
 _SIGNATURE = b"ISO-10303-21"

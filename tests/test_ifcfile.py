@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,3 +42,9 @@ def test_what_is_no_file_is_refused(name: str, said: str, tmp_path: Path) -> Non
 def test_a_whole_file_is_opened(tmp_path: Path) -> None:
     (tmp_path / "good.ifc").write_bytes(WHOLE)
     assert open_ifc(tmp_path / "good.ifc").schema == "IFC4"
+
+
+def test_loading_the_library_says_nothing_and_compiles_no_grammar() -> None:
+    code = "import sys, scan2bim.exporters.ifc, scan2bim.ifcfile; assert not sys.modules.get('lark')"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")

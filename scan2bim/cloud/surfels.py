@@ -241,7 +241,8 @@ def _accumulate(points, slots, sums, cells, used, scale, shift, extent, eyes):  
     is a line of the processor's cache; cell (m,).
     """
     capacity = sums.shape[0]
-    for i in range(points.shape[0]):
+    last, s = np.int64(-1), np.int32(0)
+    for i in range(np.uint64(points.shape[0])):
         xy = np.int64(points[i, 0])
         zrg = np.int64(points[i, 1])
         rest = np.int64(points[i, 2])
@@ -252,34 +253,36 @@ def _accumulate(points, slots, sums, cells, used, scale, shift, extent, eyes):  
         v = np.int64(qy * scale[0] - qx * scale[1] + shift[1])
         w = np.int64(qz * scale[2] + shift[2])
         cell = (u * extent[1] + v) * extent[2] + w
-        s = slots[cell]
-        if s < 0:
-            if used == capacity:
-                more = np.zeros((2 * capacity, 8), np.int64)
-                more[:capacity] = sums
-                sums = more
-                other = np.zeros(2 * capacity, np.int32)
-                other[:capacity] = cells
-                cells = other
-                capacity *= 2
-            s = used
-            used += 1
-            slots[cell] = s
-            cells[s] = cell
-            sums[s, 0] = rest >> 16
+        if cell != last:
+            last, s = cell, slots[cell]
+            if s < 0:
+                if used == capacity:
+                    more = np.zeros((2 * capacity, 8), np.int64)
+                    more[:capacity] = sums
+                    sums = more
+                    other = np.zeros(2 * capacity, np.int32)
+                    other[:capacity] = cells
+                    cells = other
+                    capacity *= 2
+                s = np.int32(used)
+                used += 1
+                slots[cell] = s
+                cells[s] = cell
+                sums[s, 0] = rest >> 16
         z = 2 * qz + 1
-        row = sums[s]
+        k = np.uint64(s)
+        head = sums[k, 0]
         station = rest >> 16
-        if station != row[0] & 0xFFFF:
-            row[7] = _changed(row[7], row[0] & 0xFFFF, 2 * qx, 2 * qy, z, eyes)
-        row[7] += 1 << 40
-        row[0] = ((row[0] >> 16) + 1) << 16 | station
-        row[1] += 2 * qx + 1
-        row[2] += 2 * qy + 1
-        row[3] += z
-        row[4] += z * z
-        row[5] += (zrg >> 16 & 0xFF) << 32 | zrg >> 24
-        row[6] += rest & 0xFF
+        if station != head & 0xFFFF:
+            sums[k, 7] = _changed(sums[k, 7], head & 0xFFFF, 2 * qx, 2 * qy, z, eyes)
+        sums[k, 7] += 1 << 40
+        sums[k, 0] = ((head >> 16) + 1) << 16 | station
+        sums[k, 1] += 2 * qx + 1
+        sums[k, 2] += 2 * qy + 1
+        sums[k, 3] += z
+        sums[k, 4] += z * z
+        sums[k, 5] += (zrg >> 16 & 0xFF) << 32 | zrg >> 24
+        sums[k, 6] += rest & 0xFF
     return sums, cells, used
 
 

@@ -35,10 +35,12 @@ def holes(
     height ``base``, in which a station saw nothing, though it saw all round them.
     """
     pad = round(AROUND / step)
-    up, along = np.mgrid[-pad : rows + pad, part.start - pad : part.stop + pad]
-    xy = start + (along.ravel()[:, None] + 0.5) * step * direction
-    points = np.column_stack([xy, base + (up.ravel() + 0.5) * step]).astype(np.float32)
-    nothing = _unseen(points, panorama.position.astype(np.float32), panorama.ranges).reshape(up.shape)
+    shape = rows + 2 * pad, part.stop - part.start + 2 * pad
+    first = np.array([start[0], start[1], base]), direction, step, part.start - pad, -pad
+    seen_from = panorama.position.astype(np.float32), panorama.ranges
+    nothing: NDArray[np.bool_] = np.asarray(_unseen(*first, shape, *seen_from))
+    if not nothing.any():
+        return np.zeros((rows, part.stop - part.start), np.bool_)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(opened(nothing.astype(np.uint8), SPECK), connectivity=4)
     left, top, width, height = stats[:, :4].T
     inner = (left > 0) & (top > 0) & (left + width < nothing.shape[1]) & (top + height < nothing.shape[0])
@@ -47,17 +49,33 @@ def holes(
 
 
 @nb.njit(cache=True, nogil=True)
-def _unseen(points, position, ranges):  # pyright: ignore
-    """Whether each of ``points`` (n, 3) lies in a block of CELLS x CELLS cells in which nothing was seen."""
-    out = np.zeros(points.shape[0], np.bool_)
-    edge = ranges.shape[1]
-    for i in range(points.shape[0]):
-        dx = points[i, 0] - position[0]
-        dy = points[i, 1] - position[1]
-        f, a, b = cube_cell(dx, dy, points[i, 2] - position[2], edge)
-        if ranges[f, a, b] != 0.0:
-            continue
-        for u in range(max(a - CELLS + 1, 0), min(a, edge - CELLS) + 1):
-            for v in range(max(b - CELLS + 1, 0), min(b, edge - CELLS) + 1):
-                out[i] |= not ranges[f, u : u + CELLS, v : v + CELLS].any()
+def _unseen(start, direction, step, left, bottom, shape, position, ranges):  # pyright: ignore
+    """Whether each square (r, c) of a grid of ``step`` metres lies in a block of CELLS x CELLS cells in which nothing
+    was seen. ``start`` (3,) of the wall; ``left``, ``bottom`` the first square's place along and up from there.
+    """
+    out = np.zeros(shape, np.bool_)
+    for c in range(shape[1]):
+        along = (c + left + 0.5) * step
+        dx = np.float32(start[0] + along * direction[0]) - position[0]
+        dy = np.float32(start[1] + along * direction[1]) - position[1]
+        for r in range(shape[0]):
+            dz = np.float32(start[2] + (r + bottom + 0.5) * step) - position[2]
+            out[r, c] = _in_empty_block(*cube_cell(dx, dy, dz, ranges.shape[1]), ranges)
     return out
+
+
+@nb.njit(cache=True, nogil=True)
+def _in_empty_block(f, a, b, ranges):  # pyright: ignore
+    """Whether a cell of a panorama lies in a block of CELLS x CELLS cells in which nothing was seen."""
+    if ranges[f, a, b] != 0.0:
+        return False
+    edge = ranges.shape[1]
+    for u in range(max(a - CELLS + 1, 0), min(a, edge - CELLS) + 1):
+        for v in range(max(b - CELLS + 1, 0), min(b, edge - CELLS) + 1):
+            seen = False
+            for p in range(u, u + CELLS):
+                for q in range(v, v + CELLS):
+                    seen |= ranges[f, p, q] != 0.0
+            if not seen:
+                return True
+    return False

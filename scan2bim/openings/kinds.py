@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.openings.near_points import within
 from scan2bim.openings.shapes import Kind
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
@@ -112,16 +113,17 @@ def _paned(wall: WallShape, image: WallImage, box: Box) -> bool:
     wall, fewer than a leaf would send back.
     """
     left, right, bottom, top = box
-    x, z = image.along, image.up
-    within = (x > left + RIM) & (x < right - RIM) & (z > bottom + RIM) & (z < top - RIM) & ~image.on_face
-    across = np.where(image.side == 0, image.depth, wall.thickness - image.depth)[within]
+    inner = np.array([left + RIM, right - RIM, bottom + RIM, top - RIM], np.float32)
+    rows = within(image.along, image.up, inner)
+    rows = rows[~image.on_face[rows]]
+    across = np.where(image.side[rows] == 0, image.depth[rows], wall.thickness - image.depth[rows])
     if not len(across) or density(image, (left + RIM, right - RIM, bottom + RIM, top - RIM)) > SOLID:
         return False
     plane = float(np.median(across))
     near = np.abs(across - plane) < PLANE
     if not 0.0 < plane < wall.thickness or near.mean() < SOLID:
         return False
-    cells = np.floor(np.column_stack([x[within][near] - left, z[within][near] - bottom]) / CELL)
+    cells = np.floor(np.column_stack([image.along[rows][near] - left, image.up[rows][near] - bottom]) / CELL)
     whole = (right - left - 2 * RIM) * (top - bottom - 2 * RIM) / CELL**2
     return len(np.unique(cells, axis=0)) > ALL_OVER * whole
 
@@ -144,8 +146,9 @@ def solid(image: WallImage, box: Box) -> bool:
 def density(image: WallImage, box: Box) -> float:
     """Points a pixel behind the face within a rectangle, by those on the face round it; nan where there are none."""
     left, right, bottom, top = box
-    here = part(image.behind.sum(0), *box)
-    around = part(image.faces.sum(0), left - RING, right + RING, bottom - RING, top + RING)
+    ring = left - RING, right + RING, bottom - RING, top + RING
+    here = part(image.behind[0], *box) + part(image.behind[1], *box)
+    around = part(image.faces[0], *ring) + part(image.faces[1], *ring)
     wall = around[around > 0]
     return float(here.mean() / wall.mean()) if here.size and len(wall) else np.nan
 

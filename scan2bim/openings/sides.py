@@ -156,4 +156,5 @@ def _shares(seen: NDArray[np.bool_], axis: int) -> F64:
 
 def told(image: WallImage) -> NDArray[np.bool_]:
     """Where anything was seen of a wall, or through it (r, c)."""
-    return image.face | image.behind.any(0) | image.entered.any(0) | (image.through > 0) | image.blank
+    behind, entered = image.behind, image.entered
+    return image.face | (behind[0] > 0) | (behind[1] > 0) | entered[0] | entered[1] | (image.through > 0) | image.blank

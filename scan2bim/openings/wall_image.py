@@ -79,7 +79,7 @@ class WallImage:
     @property
     def face(self) -> NDArray[np.bool_]:
         """Where points lie on either face (r, c)."""
-        return np.asarray(self.faces.any(0))
+        return (self.faces[0] > 0) | (self.faces[1] > 0)
 
 
 def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Panorama], stations: F64) -> WallImage:
