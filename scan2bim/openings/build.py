@@ -50,6 +50,8 @@ STRIP = 0.25
 """Share of an opening's width up to which another may reach into it and stand beside it all the same."""
 ALL_SIDES = 4
 """Sides of a window that have the wall's face beside them where it does not stand on the floor."""
+ALIKE, OTHERS = 0.03, 2
+"""Metres within which windows of a row agree, and how many others make one."""
 HALF = (0.35, 0.65)
 """Share of a doorway's width that one of its two leaves has."""
 JAMB = 0.06
@@ -239,7 +241,9 @@ def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) 
     """
     kept: list[OpeningShape] = []
     found = [
-        o for o in found if not (o.state == "closed" and any(_surer_window(w, o) or _one_of_two(o, w) for w in found))
+        o
+        for o in found
+        if not (o.state == "closed" and any(_surer_window(w, o, found) or _one_of_two(o, w) for w in found))
     ]
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
@@ -285,15 +289,28 @@ def _one_of_two(leaf: OpeningShape, doorway: OpeningShape) -> bool:
     return HALF[0] < leaf.width / doorway.width < HALF[1] and max(min(ends), heads) < JAMB
 
 
-def _surer_window(window: OpeningShape, door: OpeningShape) -> bool:
+def _surer_window(window: OpeningShape, door: OpeningShape, found: Sequence[OpeningShape]) -> bool:
     """Whether a window is in the place of a closed door, and surer by far, or has wall on all sides where rays went
-    through what would be the leaf.
+    through what would be the leaf, or is one of a row of the windows ``found``.
     """
     same = (window.storey, window.wall) == (door.storey, door.wall) and _overlap(window, door)
     inner = min(window.offset + window.width, door.offset + door.width) - max(window.offset, door.offset)
-    same &= inner > STRIP * min(window.width, door.width)
+    if window.kind != "window" or not same or inner < STRIP * min(window.width, door.width):
+        return False
     clear = window.sides == ALL_SIDES and door.looked_through >= LOOKED_THROUGH
-    return window.kind == "window" and same and (clear or window.confidence > door.confidence + SURER)
+    return clear or window.confidence > door.confidence + SURER or _in_row(window, found)
+
+
+def _in_row(window: OpeningShape, found: Sequence[OpeningShape]) -> bool:
+    """Whether the wall has other windows of a window's width and height, sill by sill with it."""
+    alike = (window.sill, window.width, window.height)
+    row = [
+        o
+        for o in found
+        if (o.storey, o.wall, o.kind) == (window.storey, window.wall, "window")
+        and all(abs(a - b) < ALIKE for a, b in zip(alike, (o.sill, o.width, o.height), strict=True))
+    ]
+    return window.sill > 0.0 and len(row) > OTHERS
 
 
 def _shut(opening: OpeningShape) -> bool:

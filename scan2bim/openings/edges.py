@@ -86,6 +86,8 @@ def find_edge(
             return Edge(rough, REACH / 3, 0, False, rough, farther)
     low, high = _gap(face, behind, min(STRAY, 2 * FEWEST / max(behind.sum(), 1)) if farther > 0 else STRAY)
     low, high = low - out, high - out
+    if farther > 0 and behind.sum() < FEWEST:
+        high = max(low, 0.0)
     first = ~on_face & (inside > high - BIN) & (inside < high + CROWD)
     if not seen and high < GAP - out:
         return Edge(rough, REACH / 3, 0, False, rough, farther)

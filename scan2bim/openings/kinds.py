@@ -110,7 +110,7 @@ def _framed(image: WallImage, box: Box) -> bool:
 
 def _paned(wall: WallShape, image: WallImage, box: Box) -> bool:
     """Whether a pane stands in an opening of an inner wall: all over it some pulses came back from one plane within the
-    wall, fewer than a leaf would send back.
+    wall where others went through.
     """
     left, right, bottom, top = box
     inner = np.array([left + RIM, right - RIM, bottom + RIM, top - RIM], np.float32)
@@ -123,9 +123,16 @@ def _paned(wall: WallShape, image: WallImage, box: Box) -> bool:
     near = np.abs(across - plane) < PLANE
     if not 0.0 < plane < wall.thickness or near.mean() < SOLID:
         return False
-    cells = np.floor(np.column_stack([image.along[rows][near] - left, image.up[rows][near] - bottom]) / CELL)
+    x, z = image.along[rows][near], image.up[rows][near]
+    clear = image.through[_pixels(z), _pixels(x)] > 0
+    cells = np.floor(np.column_stack([x - left, z - bottom])[clear] / CELL)
     whole = (right - left - 2 * RIM) * (top - bottom - 2 * RIM) / CELL**2
     return len(np.unique(cells, axis=0)) > ALL_OVER * whole
+
+
+def _pixels(places: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Rows or columns of places (n,) within an image."""
+    return np.floor(places / PIXEL).astype(np.int64)
 
 
 def is_pane(wall: WallShape, image: WallImage, box: Box) -> bool:

@@ -76,3 +76,19 @@ def test_without_points_the_rough_edge_is_kept() -> None:
     none = np.zeros(0)
     found = find_edge(none, none, none.astype(bool), EDGE, 1.0)
     assert (found.place, found.reveal, found.wall) == (EDGE, 0, False)
+
+
+def test_behind_a_curtain_an_opening_of_which_rays_alone_tell_does_not_begin_where_the_face_ends() -> None:
+    place, depth = face(EDGE - 0.8, EDGE - 0.5)
+    found = find_edge(place, depth, depth < 0.03, EDGE, 1.0, farther=0.5)
+    assert found.hidden == pytest.approx(0.5, abs=0.01)
+    assert found.inner == pytest.approx(EDGE, abs=0.001)
+
+
+def test_what_lies_behind_a_strip_of_wall_is_of_another_opening() -> None:
+    parts = (face(EDGE - 0.07, EDGE), reveal(EDGE - 0.07))
+    place, depth = np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    assert find_edge(place, depth, depth < 0.03, EDGE, 1.0).sigma > 0.015
+    found = find_edge(place, depth, depth < 0.03, EDGE, 1.0, next_one=0.05)
+    assert found.place == pytest.approx(EDGE, abs=0.005)
+    assert found.sigma == pytest.approx(0.01)

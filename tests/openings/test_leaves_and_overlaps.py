@@ -92,3 +92,13 @@ def test_a_surer_window_replaces_a_closed_door_in_its_place_and_not_one_beside_i
     window = replace(DOORWAY, kind="window", state="unknown", offset=offset, width=1.0, sill=0.1, angle=None)
     door = replace(LEAF, offset=1.0, width=0.9, confidence=0.7)
     assert [o.kind for o in without_overlaps([window, door], [STOREY])] == kept
+
+
+@pytest.mark.parametrize(("sill", "kept"), [(0.9, "window"), (0.5, "door")])
+def test_a_window_in_a_row_of_alike_ones_is_no_door_with_its_parapet(sill: float, kept: str) -> None:
+    """A radiator's panel below a window looks like the lower part of a leaf."""
+    window = replace(DOORWAY, kind="window", state="unknown", sill=0.9, width=1.0, height=1.5, angle=None, sides=3)
+    row = [replace(window, offset=offset, sill=sill) for offset in (4.0, 6.0)]
+    door = replace(LEAF, offset=1.0, width=1.0, height=2.4, confidence=0.97)
+    found = without_overlaps([replace(window, offset=1.0), door, *row], [STOREY])
+    assert [o.kind for o in found if o.offset < 2.0] == [kept]
