@@ -7,6 +7,8 @@ wall's face and to the reveals.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +33,7 @@ from scan2bim.openings.kinds import (
 )
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.openings.sides import Sides, sides_of
-from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
+from scan2bim.openings.wall_image import PIXEL, Box, WallImage, answered, part
 from scan2bim.structure.shapes import WallShape
 
 SMALLEST_AREA = 0.12
@@ -65,30 +67,79 @@ LEAST_REVEALS = 3
 """Reveals that must be seen of a pane that nobody looked through."""
 FRAMED, BLANK = 2, 0.1
 """Reveals that must be seen of an opening of which more than this share is blank: something may have hidden it."""
+STEP, STEPS = 0.0075, 3
+"""Standard deviation, metres, of a side where the face ends and a frame begins behind it, and how many such sides do
+instead of reveals."""
 LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
 HIDDEN, LEAF = 0.3, 0.8
 """Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle; and where the leaf was
 seen within the wall, before the jamb.
 """
+SURE = 0.012
+"""Standard deviation, metres, up to which a side was seen: reveals, frames and the ends of the face."""
 Mask = NDArray[np.bool_]
+Seen = tuple[OpeningShape, Sides]
+"""An opening and what was seen of its sides."""
 
 
 def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> list[OpeningShape]:
-    """Openings of one wall that were looked through."""
+    """Openings of one wall that were looked through: by pulses that came back, and where those leave it open by such as
+    never did, which dark things may have swallowed.
+    """
+    found = _found(storey, number, wall, answered(image))
+    if image.lost.any():
+        found = _completed(found, _found(storey, number, wall, image))
+    return [opening for opening, _ in found]
+
+
+def _found(storey: int, number: int, wall: WallShape, image: WallImage) -> list[Seen]:
+    """Those of one image."""
     missing = face_missing(image)
-    found: list[OpeningShape] = []
+    found: list[Seen] = []
     doubtful: list[Box] = []
     for cluster in clusters(missing, image):
         box = _box(cluster, wall, image) if _area(cluster) >= SMALLEST_AREA else None
-        opening = None if box is None else _opening(storey, number, wall, image, _to_floor(box, wall, image, missing))
-        rest = _rectangle(cluster) if opening is None else None
-        found += [opening] if opening is not None else []
+        seen = None if box is None else _opening(storey, number, wall, image, _to_floor(box, wall, image, missing))
+        rest = _rectangle(cluster) if seen is None else None
+        found += [seen] if seen is not None else []
         doubtful += [rest] if rest is not None else []
     for box in doubtful:
-        opening = None if wall.left and wall.right else _opening(storey, number, wall, image, box, in_line=True)
-        found += [opening] if opening is not None and any(_in_line(opening, other) for other in found) else []
+        seen = None if wall.left and wall.right else _opening(storey, number, wall, image, box, in_line=True)
+        found += [seen] if seen is not None and any(_in_line(seen[0], other) for other, _ in found) else []
     return found
+
+
+def _completed(found: Sequence[Seen], more: Sequence[Seen]) -> list[Seen]:
+    """Openings with those of an image in which ``more`` was seen in place of them, unless these go on beyond sides that
+    were seen well.
+    """
+    kept = list(found)
+    for opening in more:
+        rivals = [other for other in kept if _apart(opening, other) < 0.0]
+        if not any(_beyond(opening, other) for other in rivals):
+            kept = [other for other in kept if _apart(opening, other) >= 0.0] + [opening]
+    return kept
+
+
+def _apart(a: Seen, b: Seen) -> float:
+    """Metres between two openings, less than 0 if they overlap."""
+    (left, right, bottom, top), (start, end, low, high) = _ends(a), _ends(b)
+    return max(left - end, start - right, bottom - high, low - top)
+
+
+def _beyond(opening: Seen, other: Seen) -> bool:
+    """Whether an opening goes on beyond a side of another one that was seen well."""
+    for k, (place, known) in enumerate(zip(_ends(opening), _ends(other), strict=True)):
+        outwards = known - place if k in (0, 2) else place - known
+        if outwards > SAME and other[1][k].sigma <= SURE:
+            return True
+    return False
+
+
+def _ends(seen: Seen) -> Box:
+    opening = seen[0]
+    return opening.offset, opening.offset + opening.width, opening.sill, opening.sill + opening.height
 
 
 def _in_line(opening: OpeningShape, other: OpeningShape) -> bool:
@@ -195,7 +246,7 @@ def _supported(image: WallImage, box: Box) -> int:
 
 def _opening(
     storey: int, number: int, wall: WallShape, image: WallImage, box: Box, *, in_line: bool = False
-) -> OpeningShape | None:
+) -> Seen | None:
     """Sides moved to the edges of the face, then told apart: door, window or passage. Of a window ``in_line`` with
     another one less need have been seen.
     """
@@ -215,7 +266,6 @@ def _opening(
         return None
     box = (left, right, bottom, top)
     supported = _supported(image, box)
-    reveals = sum(1 for side in sides if side.reveal > 0)
     least = _least_sides(wall, box, hidden, sides, in_line)
     if supported < least or _is_whole(wall, box) or _backed(wall, image, box):
         return None
@@ -223,9 +273,9 @@ def _opening(
     kind, leaves = kind_of(wall, image, box, lintel)
     through = share(image.through > 0, box)
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
-    if not _shows(wall, image, box, through, reveals, in_line):
+    if not _shows(wall, image, box, through, sides, in_line):
         return None
-    return OpeningShape(
+    opening = OpeningShape(
         storey,
         number,
         kind,
@@ -248,16 +298,19 @@ def _opening(
         hidden=hidden,
         bars=bars_of(image, box) if any(hidden[:2]) else (),
     )
+    return opening, sides
 
 
-def _shows(wall: WallShape, image: WallImage, box: Box, through: float, reveals: int, in_line: bool) -> bool:
-    """Whether enough was seen of an opening of which a share was looked ``through``, and the reveals of some sides."""
+def _shows(wall: WallShape, image: WallImage, box: Box, through: float, sides: Sides, in_line: bool) -> bool:
+    """Whether enough was seen of an opening of which a share was looked ``through``, and of its sides."""
+    reveals = sum(1 for side in sides if side.reveal > 0)
     if through < LEAST_THROUGH / 2:
         if is_recess(wall, image, box):
             return False
         if reveals < (1 if in_line else LEAST_REVEALS) and not is_pane(wall, image, box):
             return False
-    if reveals < FRAMED and share(image.blank, box) > BLANK:
+    framed = reveals >= FRAMED or sum(1 for side in sides if side.wall and side.sigma <= STEP) >= STEPS
+    if not framed and share(image.blank, box) > BLANK:
         return False
     lost = share(image.lost, box)
     return not (lost > BLANK and reveals == 0 and through - lost < LEAST_THROUGH / 2 and not glazed(image, box))

@@ -11,7 +11,7 @@ came back.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numba as nb
@@ -41,6 +41,8 @@ BEFORE = 0.06
 BEHIND = 0.08
 """Metres behind a wall's face to which a ray must go on to tell that the face is not there: beyond plaster, skirting
 boards and the error of a panorama's cell seen at a slant."""
+NEAREST = 0.6
+"""Stations nearer to a wall, metres, are not asked where nothing came back: from so near nothing does."""
 STEEPEST = 5.0
 """Slant (1 / cosine) beyond which a station is not asked."""
 F64 = NDArray[np.float64]
@@ -95,6 +97,13 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
     known = here if wall.thickness_sigma is None else np.float32(0.0)
     found = _classified(*seen, known, half, skin, shape)
     return WallImage(*found[:2], *_looked(wall, shape, panoramas), *found[2:])
+
+
+def answered(image: WallImage) -> WallImage:
+    """The image without what is known by lost pulses alone."""
+    if not image.lost.any():
+        return image
+    return replace(image, through=np.where(image.lost, 0, image.through), lost=np.zeros_like(image.lost))
 
 
 def part(raster: NDArray[Any], left: float, right: float, bottom: float, top: float) -> NDArray[Any]:
@@ -196,7 +205,7 @@ def _through(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Pa
         looked[:, here] = _looked_through(near, place, *seen, outer).reshape(coarse[0], -1)
         answered |= looked
         before = abs(away) - half
-        if outer and before > BEHIND and here.stop > here.start and not is_virtual((number,)):
+        if outer and before > NEAREST and here.stop > here.start and not is_virtual((number,)):
             looked[:, here] |= holes(panorama, start, direction, wall.base, here, coarse[0], step)
         through += looked
         if looked.any():

@@ -220,3 +220,24 @@ def test_the_upper_part_of_a_window_below_another_one_is_a_window() -> None:
     assert [o.offset for o in find_open(0, 0, wall, picture)] == pytest.approx([1.0, 1.0], abs=0.01)
     alone, lonely = image([below, hidden_part], seen[seen[:, 2] < 1.15], through=[shown])
     assert not find_open(0, 0, alone, lonely)
+
+
+def test_a_window_whose_panes_returned_nothing_is_told_by_its_frame() -> None:
+    left, right, bottom, top = WINDOW
+    ring = sheet(WINDOW, 0.1)
+    x, z = ring[:, 0], ring[:, 2]
+    inner = (x > left + 0.07) & (x < right - 0.07) & (z > bottom + 0.07) & (z < top - 0.07)
+    (found,) = blank(WINDOW, ring[~inner])
+    assert sides(found) == pytest.approx(WINDOW, abs=0.015)
+
+
+def test_pulses_that_a_dark_curtain_swallowed_do_not_widen_a_window_whose_side_was_seen() -> None:
+    hidden = (WINDOW[1], WINDOW[1] + 0.5, WINDOW[2], WINDOW[3])
+    curtained = (hidden[0] + 0.01, *hidden[1:])
+    wall, found = image([WINDOW, curtained], reveals(WINDOW), pane(WINDOW), through=[clear(WINDOW), hidden])
+    rows = slice(round(hidden[2] / PIXEL), round(hidden[3] / PIXEL))
+    found.lost[rows, round(hidden[0] / PIXEL) : round(hidden[1] / PIXEL)] = True
+    (window,) = find_open(0, 0, wall, found)
+    assert sides(window) == pytest.approx(WINDOW, abs=0.02)
+    found.lost[:] = False
+    assert find_open(0, 0, wall, found)[0].width > WINDOW[1] - WINDOW[0] + 0.2
