@@ -11,9 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.geometry.medians import median
 from scan2bim.openings.closed.contrast import BLOCK, PROUD, SIGNIFICANT, STRIP
 from scan2bim.openings.closed.rectangles import FOOT, LINTEL, NARROWEST, Face, Rectangle
 from scan2bim.openings.orthoimage import PIXEL
@@ -142,10 +144,10 @@ def _part(face: Face, box: Rectangle, first: int, last: int) -> _Part | None:
     wall[_window(depth, box.left - BESIDE, box.right + BESIDE, 0.0, box.top + BESIDE)] = False
     leaf, wall = seen[core], wall[ring]
     if wall.any():
-        wall &= np.abs(depth[ring] - np.median(depth[ring][wall])) < SKIN
+        wall &= np.abs(depth[ring] - np.float32(median(depth[ring][wall]))) < SKIN
     if leaf.sum() < FEWEST or wall.sum() < FEWEST:
         return None
-    highest = max(float(np.median(depth[core][leaf])), float(np.median(depth[ring][wall])))
+    highest = max(float(median(depth[core][leaf])), float(median(depth[ring][wall])))
     clutter = _thick(known & (depth - highest > STANDS_OUT))
     told = [
         np.where(seen & ~clutter, _rather_leaf(values, values[core][leaf], values[ring][wall], least), 0)
@@ -172,11 +174,31 @@ def _window(depth: F32, left: float, right: float, bottom: float, top: float) ->
 
 def _rather_leaf(values: F32, leaf: F32, wall: F32, least: float) -> F32:
     """How much rather pixels (r, c, k) are like the leaf's (n, k) than the wall's (m, k), -1 to 1."""
-    middles = [np.median(part, 0) for part in (leaf, wall)]
-    spreads = [np.median(np.abs(part - m), 0) for part, m in zip((leaf, wall), middles, strict=True)]
+    middles = [_medians(part) for part in (leaf, wall)]
+    spreads = [_medians(np.abs(part - m)) for part, m in zip((leaf, wall), middles, strict=True)]
     sigma = np.maximum(1.4826 * np.maximum(*spreads), least)
-    away = [np.minimum((((values - m) / sigma) ** 2).mean(-1) / 2, FARTHEST) for m in middles]
-    return (away[1] - away[0]) / FARTHEST
+    return np.asarray(_rather_first(values, *middles, sigma))
+
+
+def _medians(values: F32) -> F32:
+    """Of each column (k,) of values (n, k)."""
+    return np.array([median(column) for column in np.ascontiguousarray(values.T)], np.float32)
+
+
+@nb.njit(cache=True, nogil=True)
+def _rather_first(values, first, second, sigma):  # pyright: ignore
+    """How much rather values (r, c, k) are like the ``first`` (k,) than the ``second``, -1 to 1; ``sigma`` (k,)."""
+    rows, cols, count = values.shape
+    out = np.empty((rows, cols), np.float32)
+    far, half, size = np.float32(FARTHEST), np.float32(2), np.float32(count)
+    for r in range(rows):
+        for c in range(cols):
+            one = other = np.float32(0)
+            for k in range(count):
+                one += ((values[r, c, k] - first[k]) / sigma[k]) ** 2
+                other += ((values[r, c, k] - second[k]) / sigma[k]) ** 2
+            out[r, c] = (min(other / size / half, far) - min(one / size / half, far)) / far
+    return out
 
 
 def _thick(mask: Mask) -> Mask:
