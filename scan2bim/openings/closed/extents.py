@@ -177,7 +177,7 @@ def _rather_leaf(values: F32, leaf: F32, wall: F32, least: float) -> F32:
     middles = [_medians(part) for part in (leaf, wall)]
     spreads = [_medians(np.abs(part - m)) for part, m in zip((leaf, wall), middles, strict=True)]
     sigma = np.maximum(1.4826 * np.maximum(*spreads), least)
-    return np.asarray(_rather_first(values, *middles, sigma))
+    return np.asarray(_rather_first(values, middles[0], middles[1], sigma))
 
 
 def _medians(values: F32) -> F32:
