@@ -43,6 +43,10 @@ BEHIND = 0.08
 boards and the error of a panorama's cell seen at a slant."""
 NEAREST = 0.6
 """Stations nearer to a wall, metres, are not asked where nothing came back: from so near nothing does."""
+LEAST_OUT = 10
+"""Squares of ASKED pixels through which a station in a wall's body must look out on each side."""
+PAST, WIDEST = 0.02, 3.0
+"""Share of its distance by which such a station sees past a place, and metres to the farthest jamb of its opening."""
 STEEPEST = 5.0
 """Slant (1 / cosine) beyond which a station is not asked."""
 F64 = NDArray[np.float64]
@@ -205,6 +209,9 @@ def _through(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Pa
         looked[:, here] = _looked_through(near, place, *seen, outer).reshape(coarse[0], -1)
         answered |= looked
         before = abs(away) - half
+        if before < 0.0:
+            looked |= _round_about(points, panorama, normal, away, half, outer).reshape(coarse)
+            entered |= looked
         if outer and before > NEAREST and here.stop > here.start and not is_virtual((number,)):
             looked[:, here] |= holes(panorama, start, direction, wall.base, here, coarse[0], step)
         through += looked
@@ -220,6 +227,22 @@ def _through(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Pa
     both = np.stack([_fine(side, shape) for side in entered])
     lost = (through > 0) & ~answered
     return _fine(through, shape), both, _fine(blank, shape), _fine(lost, shape), lookers
+
+
+def _round_about(
+    points: F32, panorama: Panorama, normal: F64, away: float, half: float, outer: bool
+) -> NDArray[np.bool_]:
+    """Which of the ``points`` (n, 3) on the middle of a wall a station sees that stands in its body, if it looks out of
+    it on both sides: then it stands in an opening, and may see more of that than others past a leaf that stands open.
+    """
+    place = panorama.position.astype(np.float32)
+    for side in (1.0, -1.0):
+        before = half - side * away
+        face = points + np.append(side * half * normal, 0.0).astype(np.float32)
+        seen = panorama.ranges, np.float32(1.0 + BEHIND / before), np.float32(before * STEEPEST)
+        if _looked_through(face, place, *seen, outer).sum() < LEAST_OUT:
+            return np.zeros(len(points), np.bool_)
+    return _looked_through(points, place, panorama.ranges, np.float32(1.0 + PAST), np.float32(WIDEST), False)
 
 
 @nb.njit(cache=True, nogil=True)

@@ -19,6 +19,8 @@ ABSENT = np.full((3, 3), np.nan)
 """Positions of stations 0 to 2, which are not known."""
 LEFT, RIGHT, HEAD = 1.5, 2.5, 2.0
 """The doorway in the wall, metres along it and up."""
+DENSE = 4
+"""Times as many points along each axis on what a scanner stands near to."""
 
 
 def wall(yaw: float) -> WallShape:
@@ -145,3 +147,30 @@ def test_where_the_thickness_is_assumed_nothing_is_said_of_the_far_face() -> Non
     found = wall_image(outer, near(outer, far), {}, stations)
     assert not found.faces.any()
     assert not found.behind.any()
+
+
+def doorway(depth: float) -> F64:
+    """Jambs and head of the doorway, ``depth`` metres from the near face on, and rooms on both sides; what ends within
+    the wall is closed behind.
+    """
+    near_face, far = THICKNESS / 2, THICKNESS / 2 - depth
+    ends = [((x * DENSE, far * DENSE), (x * DENSE, near_face * DENSE)) for x in (LEFT, RIGHT)]
+    sides = [upright(a, b, 0.0, HEAD * DENSE) for a, b in ends]
+    head = level(DENSE * LEFT, DENSE * far, DENSE * RIGHT, DENSE * near_face, DENSE * HEAD)
+    parts = [part / DENSE for part in (*sides, head)]
+    parts += [level(-2.0, near_face, 6.0, 3.0, z) for z in (0.0, HEIGHT)]
+    if depth < THICKNESS:
+        return np.concatenate([*parts, upright((LEFT, far), (RIGHT, far), 0.0, HEAD)])
+    return np.concatenate([*parts, *(level(-2.0, -3.0, 6.0, far, z) for z in (0.0, HEIGHT))])
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5])
+def test_a_station_in_a_doorway_sees_past_the_middle_of_the_wall_up_to_the_jambs(yaw: float) -> None:
+    through = image(doorway(THICKNESS), yaw, (2.0, 0.01, 1.5)).through > 0
+    assert part(through, LEFT + 0.15, RIGHT - 0.15, 0.9, HEAD - 0.15).mean() > 0.8
+    assert not part(through, 0.1, LEFT - 0.1, 0.1, HEIGHT - 0.1).any()
+    assert not part(through, LEFT, RIGHT, HEAD + 0.1, HEIGHT - 0.1).any()
+
+
+def test_a_station_in_a_niche_looks_through_nothing() -> None:
+    assert not image(doorway(0.08), 0.0, (2.0, 0.01, 1.5)).through.any()
