@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scan2bim.verify.build import Found
     from scan2bim.verify.result import Report
 
-VERIFY = Stage("verify", 10, ("read",), lambda s: s.verify, 3.0, 250)
+VERIFY = Stage("verify", 11, ("read",), lambda s: s.verify, 3.0, 250)
 REPORT = Stage("report", 3, ("verify",), lambda s: None, 2.0, 0)
 
 

@@ -34,9 +34,11 @@ MARGIN = 0.5
 BITS = 21
 BELOW = 0.3
 """Metres under a storey's elevation from which on points are its own: floors are drawn with and without finish."""
-REACHES = 0.25
-"""Metres under a ceiling within which the topmost voxels of walls and columns lie, also under slopes, of which the
-places lie 20 cm apart."""
+REACHES = 0.16
+"""Metres under a ceiling within which the middles of the topmost voxels of walls and columns lie: half a voxel, what the
+ceiling takes, and a shadow gap. Wardrobes end farther under it."""
+ROUND = 0.25
+"""Metres in plan within which a ceiling is looked for: its places lie 20 cm apart, and more under slopes."""
 NEAREST = 6
 """Places of a ceiling that are looked at over each column of voxels."""
 REACHING = 0.5
@@ -197,14 +199,14 @@ def _guess(middle: F64, upright: bool, around: Surroundings) -> Guess:
 
 def _reaching(middle: F64, ceilings: F64) -> float:
     """Share of the plan of voxels (k, 3) in which they end right under a ceiling."""
-    low, high = middle.min(axis=0) - REACHES, middle.max(axis=0) + REACHES
+    low, high = middle.min(axis=0) - ROUND, middle.max(axis=0) + ROUND
     near = ceilings[((ceilings[:, :2] > low[:2]) & (ceilings[:, :2] < high[:2])).all(axis=1)]
     if not len(near):
         return 0.0
     pixels, column = np.unique(np.floor(middle[:, :2] / EDGE).astype(np.int64), axis=0, return_inverse=True)
     top = np.full(len(pixels), -np.inf)
     np.maximum.at(top, column.ravel(), middle[:, 2])
-    place = SpaceIndex(near[:, :2]).nearest((pixels + 0.5) * EDGE, NEAREST, REACHES)
+    place = SpaceIndex(near[:, :2]).nearest((pixels + 0.5) * EDGE, NEAREST, ROUND)
     over = np.append(near[:, 2], np.inf)[place] - top[:, None]
     return float(((over > -EDGE) & (over < REACHES)).any(axis=1).mean())
 

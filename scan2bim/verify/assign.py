@@ -335,6 +335,8 @@ def _owner(x, y, z, n, station, first, end, members, measures, counts, grid):  #
             if not counts[f, 3]:  # seen from behind; never so from unknown stations, whose positions are nan
                 continue
             deviation = -deviation
+        if deviation < -EXPLAINED and _is_past(f, x, y, z, away, front, measures, counts, grid):
+            continue
         if part == PATCH and cell != RIM:
             best_patch = away
             patch = cell
@@ -348,6 +350,21 @@ def _owner(x, y, z, n, station, first, end, members, measures, counts, grid):  #
     if fills and patch >= 0:
         return explained, patch, patch_deviation
     return explained, own, own_deviation
+
+
+@nb.njit(cache=True, nogil=True)
+def _is_past(f, x, y, z, away, front, measures, counts, grid):  # pyright: ignore
+    """Whether the ray to a point ``away`` metres behind face ``f`` passed the face's plane beside the face: then what
+    it met lies behind the end of an element or in an opening, and says nothing of the face. front (3,): to the station.
+    """
+    height = abs(front[0] * measures[f, 3] + front[1] * measures[f, 4] + front[2] * measures[f, 5])
+    if height <= away:
+        return False
+    share = away / height
+    dx = x + share * front[0] - measures[f, 0]
+    dy = y + share * front[1] - measures[f, 1]
+    dz = z + share * front[2] - measures[f, 2]
+    return _cell_under(f, dx, dy, dz, measures, counts, grid) == -1
 
 
 @nb.njit(cache=True, nogil=True)

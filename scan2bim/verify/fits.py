@@ -14,6 +14,8 @@ Mask = NDArray[np.bool_]
 ATTACHED = 0.015
 """Metres before a face's plane from which on something is fixed to it or stands before it: trims, skirtings, pictures.
 Plaster seldom bulges so much against its own plane."""
+UPRIGHT = 0.5
+"""Largest vertical part of the normal of a face that things stand before: floors are raised as a whole."""
 CLOSE = 0.008
 """Half-width of a plane's inliers, metres: three times the noise of a cell's mean with registration."""
 STEEPEST = 0.08
@@ -24,6 +26,10 @@ SAMPLE = 300
 """Cells that a trial is judged by."""
 FLAT = 0.35
 """Share of a face's cells on one plane from which on the face is taken as a plane."""
+BEHIND = 0.10
+"""Share of a face's cells that must lie where it is drawn, behind a plane that most lie on, for that plane to be of a
+board or wardrobe that stands before it: what stands before a face hides most of it, and nothing shows through it.
+"""
 LEAST_CELLS = 6
 OBSERVED = 0.02
 """Share of the measured surface that must bear a direction of motion for it to be told."""
@@ -99,10 +105,24 @@ def own_surface(cells: Cells) -> tuple[Mask, Mask]:
         plane = robust_plane(cells.place[mine], cells.deviation[mine])
         if plane is None:
             continue
+        if abs(cells.normal[mine[0], 2]) < UPRIGHT:
+            plane = _behind(cells.place[mine], cells.deviation[mine], plane)
         rest = cells.deviation[mine] - plane[0] - cells.place[mine] @ plane[1:]
         own[mine] = rest < ATTACHED
         on_plane[mine] = np.abs(rest) < ATTACHED
     return own, on_plane & own
+
+
+def _behind(place: F64, deviation: F64, plane: F64) -> F64:
+    """The plane of the deviations (k,) that lie where the face is drawn, behind the one that most lie on; the given
+    ``plane`` where there is none.
+    """
+    rest = deviation - plane[0] - place @ plane[1:]
+    behind = (rest < -ATTACHED) & (np.abs(deviation) < CLOSE)
+    if behind.sum() < max(LEAST_CELLS, BEHIND * len(place)):
+        return plane
+    deeper = robust_plane(place[behind], deviation[behind])
+    return plane if deeper is None else deeper
 
 
 def robust_plane(place: F64, deviation: F64) -> F64 | None:
@@ -112,10 +132,10 @@ def robust_plane(place: F64, deviation: F64) -> F64 | None:
     sample = np.column_stack([np.ones(len(some)), place[some]])
     values = deviation[some]
     middle = float(np.median(values))
-    best, count = np.array([middle, 0.0, 0.0]), int((np.abs(values - middle) < CLOSE).sum())
-    if count < 0.8 * len(some):
-        best, count = _trials(sample, values, best, count, rng)
-    if count < FLAT * len(some):
+    best = np.array([middle, 0.0, 0.0])
+    if (np.abs(values - middle) < CLOSE).sum() < 0.8 * len(some):
+        best = _trials(sample, values, best, rng)
+    if (np.abs(values - sample @ best) < CLOSE).sum() < FLAT * len(some):
         return None
     design = np.column_stack([np.ones(len(place)), place - place.mean(axis=0)])
     best = np.array([best[0] + place.mean(axis=0) @ best[1:], *best[1:]])
@@ -130,20 +150,20 @@ def robust_plane(place: F64, deviation: F64) -> F64 | None:
     return np.array([best[0] - place.mean(axis=0) @ best[1:], *best[1:]])
 
 
-def _trials(sample: F64, values: F64, best: F64, count: int, rng: np.random.Generator) -> tuple[F64, int]:
-    """The plane with the most inliers of many through three cells each, or the given one."""
+def _trials(sample: F64, values: F64, best: F64, rng: np.random.Generator) -> F64:
+    """The plane that fits best of many through three cells each, and the given one.
+
+    Inliers count by how near they lie: a plane that slants between two levels has many, none of them near.
+    """
     triples = rng.integers(0, len(values), (TRIALS, 3))
     matrices = sample[triples]
     clean = np.abs(np.linalg.det(matrices)) > 1e-4
-    if not clean.any():
-        return best, count
-    planes = np.linalg.solve(matrices[clean], values[triples[clean]][..., None])[..., 0]
-    planes = planes[np.abs(planes[:, 1:]).max(axis=1) < STEEPEST]
-    if not len(planes):
-        return best, count
-    counts = (np.abs(planes @ sample.T - values) < CLOSE).sum(axis=1)
-    top = int(np.argmax(counts))
-    return (planes[top], int(counts[top])) if counts[top] > count else (best, count)
+    planes = best[None]
+    if clean.any():
+        tried = np.linalg.solve(matrices[clean], values[triples[clean]][..., None])[..., 0]
+        planes = np.concatenate([planes, tried[np.abs(tried[:, 1:]).max(axis=1) < STEEPEST]])
+    away = (planes @ sample.T - values) / CLOSE
+    return planes[int(np.argmax(np.maximum(1.0 - away**2, 0.0).sum(axis=1)))]
 
 
 def _ridge(design: F64, values: F64) -> F64:

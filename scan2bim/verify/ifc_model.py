@@ -119,8 +119,12 @@ def read_model(path: Path) -> IfcModel:
 def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[ModelElement]:
     openings = {r.RelatedOpeningElement.GlobalId: r.RelatingBuildingElement for r in file.by_type("IfcRelVoidsElement")}
     fills = {r.RelatedBuildingElement.GlobalId: r.RelatingOpeningElement for r in file.by_type("IfcRelFillsElement")}
-    for guid, vertices, triangles, glass in _bodies(file, products):
-        product = file.by_guid(guid)
+    bodies = {guid: body for guid, *body in _bodies(file, products)}  # in the order in which threads finish them
+    for product in products:
+        guid = product.GlobalId
+        if guid not in bodies:
+            continue
+        vertices, triangles, glass = bodies[guid]
         host = openings.get(guid) or fills.get(guid)
         yield ModelElement(
             guid=guid,
