@@ -32,11 +32,11 @@ MOST = 200
 MARGIN = 0.5
 """Metres round the model's box beyond which points are of the surroundings."""
 BITS = 21
-BELOW = 0.3
+BELOW = 0.1
 """Metres under a storey's elevation from which on points are its own: floors are drawn with and without finish."""
 REACHES = 0.16
-"""Metres under a ceiling within which the middles of the topmost voxels of walls and columns lie: half a voxel, what the
-ceiling takes, and a shadow gap. Wardrobes end farther under it."""
+"""Metres under a ceiling within which the middles of the topmost voxels of walls and columns lie: half a voxel, what
+the ceiling takes, and a shadow gap. Wardrobes end farther under it."""
 ROUND = 0.25
 """Metres in plan within which a ceiling is looked for: its places lie 20 cm apart, and more under slopes."""
 NEAREST = 6

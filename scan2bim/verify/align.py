@@ -1,19 +1,21 @@
 """Automatic alignment of a model to scans: storeys by their heights, then turn and place by the walls in plan.
 
 The walls of both are drawn into plan images, a pixel the height of upright surface in it. For each pair of storeys and
-each of the four turns that bring the main directions together, the shift with the highest correlation is a candidate;
-the candidate that explains most of the scans' surface wins.
+each of the four turns that bring the main directions together, the shifts with the highest correlation are candidates;
+the candidate that explains most of the scans' surface, and that stations look through least, wins.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.model.elements import Building
+from scan2bim.verify.agreement import Sights
 from scan2bim.verify.placing import PLAUSIBLE, Placed, Sample, Target, explained, fit
 
 F64 = NDArray[np.float64]
@@ -24,10 +26,17 @@ UPRIGHT = 0.2
 """Largest vertical part of the normal of an upright surface."""
 LEVEL = 0.05
 """Bin of the heights at which level surfaces lie, metres."""
+ROUND = 21
+"""Bins of heights, 1 m, whose mean is taken off each: less than a room's height."""
 HEIGHTS = 5
 """Shifts in height that are tried for each turn: storeys of a building are alike, so several fit."""
-PEAKS = 3
+PEAKS = 4
 """Shifts in plan that are tried for each turn and height."""
+ROOM = 0.3
+"""Metres over and under the scans within which the model's walls are drawn into the plan image of a height."""
+LEAST_EXPLAINED, AGREES = 0.5, 0.7
+"""Share of the scans' surface that a placing must explain, and share of what the stations should see of the model by it
+that they did see, for it to be believed. Another building explains less or is looked through."""
 APART = 10
 """Pixels that the tried shifts lie apart."""
 QUICK = 6_000
@@ -39,37 +48,53 @@ CLOSE = 0.012
 FINALISTS = 8
 
 
-def align(target: Target, sample: Sample, building: Building | None) -> tuple[Placed | None, float | None]:
-    """The placing that explains most of the scans, None where none is plausible, and what the next best explains."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Aligned:
+    """The placing that fits best, None where none is plausible; what the next best explains; and what share of the
+    walls, and of what the stations should see, the best one explains.
+    """
+
+    placed: Placed | None
+    rival: float | None
+    walls: float
+    agreement: float
+
+
+def align(target: Target, sample: Sample, building: Building | None, sights: Sights) -> Aligned:
+    """The placing that explains most of the scans and that they contradict least."""
     quick = sample.pick(np.arange(len(sample.xyz)) % max(1, len(sample.xyz) // QUICK) == 0)
-    rough = [(sum(explained(target, quick, m)), m) for m in _candidates(target, sample, building)]
+    rough = [(sum(explained(target, quick, m, PIXEL)), m) for m in _candidates(target, sample, building)]
     rough.sort(key=lambda entry: -entry[0])
-    fine: list[tuple[float, Placed]] = []
+    fine: list[tuple[float, float, Placed]] = []
     for _, matrix in rough[:FINALISTS]:
         fitted = fit(target, quick, matrix, COARSE).matrix @ matrix
         placed = Placed("automatic", fitted, *explained(target, quick, fitted))
-        fine.append((sum(explained(target, quick, fitted, CLOSE)), placed))
+        agreement = sights.agreement(fitted)
+        fine.append((agreement * sum(explained(target, quick, fitted, CLOSE)), agreement, placed))
     fine.sort(key=lambda entry: -entry[0])
-    if not fine or fine[0][1].walls < PLAUSIBLE:
-        return None, None
-    best = fine[0][1]
-    others = [placed.explained for _, placed in fine[1:] if np.abs(placed.matrix - best.matrix).max() > 0.1]
-    return best, round(max(others), 4) if others else None
+    if not fine:
+        return Aligned(None, None, 0.0, 0.0)
+    _, agreement, best = fine[0]
+    if best.walls < PLAUSIBLE or best.explained < LEAST_EXPLAINED or agreement < AGREES:
+        return Aligned(None, None, best.walls, agreement)
+    others = [placed.explained for _, _, placed in fine[1:] if np.abs(placed.matrix - best.matrix).max() > 0.1]
+    return Aligned(best, round(max(others), 4) if others else None, best.walls, agreement)
 
 
 def _candidates(target: Target, sample: Sample, building: Building | None) -> Iterator[F64]:
     """Motions (4, 4) from the model's anchored frame to the local one."""
     upright = np.abs(target.normal[:, 2]) < UPRIGHT
     walls = sample.xyz[sample.wall]
+    lifts, low, high = _lifts(target, sample), walls[:, 2].min() - ROOM, walls[:, 2].max() + ROOM
     yaw = (building.frame.yaw if building else _direction(walls)) - _main(target.normal[upright])
     for quarter in range(4):
         angle = yaw + quarter * math.pi / 2
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
         turned = target.middle[upright].copy()
         turned[:, :2] = turned[:, :2] @ turn.T
-        shifts = _shifts(turned, walls)
-        for lift in _lifts(target, sample):
-            for shift in shifts:
+        for lift in lifts:
+            level = (turned[:, 2] + lift > low) & (turned[:, 2] + lift < high)
+            for shift in _shifts(turned[level], walls) if level.any() else ():
                 out = np.eye(4)
                 out[:2, :2] = turn
                 out[:3, 3] = (*shift, lift)
@@ -104,7 +129,7 @@ def _lifts(target: Target, sample: Sample) -> list[float]:
     low = min(float(ours.min()), float(theirs.min()))
     a = np.bincount(np.floor((theirs - low) / LEVEL).astype(np.int64)).astype(np.float64)
     b = np.bincount(np.floor((ours - low) / LEVEL).astype(np.int64)).astype(np.float64)
-    match = np.correlate(np.sqrt(a), np.sqrt(b), "full")
+    match = np.correlate(np.sqrt(_peaks(a)), np.sqrt(b), "full")
     lifts: list[float] = []
     for place in np.argsort(-match):
         lift = (int(place) - (len(b) - 1)) * LEVEL
@@ -113,6 +138,11 @@ def _lifts(target: Target, sample: Sample) -> list[float]:
         if len(lifts) == HEIGHTS:
             break
     return lifts
+
+
+def _peaks(counts: F64) -> F64:
+    """What stands out of the mean of the bins round each: walls are as high everywhere, floors and ceilings are not."""
+    return np.maximum(counts - np.convolve(counts, np.full(ROUND, 1 / ROUND), "same"), 0.0)
 
 
 def _shifts(model: F64, scan: F64) -> list[tuple[float, float]]:

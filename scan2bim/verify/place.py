@@ -6,14 +6,16 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.cloud.ingest import ScanSummary
+from scan2bim.cloud.ingest import ScanSummary, load_panoramas
 from scan2bim.cloud.surfels import Surfels
 from scan2bim.errors import PrecheckError
 from scan2bim.model.elements import Building, ScanResidual
+from scan2bim.verify.agreement import Sights, some_panoramas
 from scan2bim.verify.faces import Plane, coarse_faces
 from scan2bim.verify.ifc_model import IfcModel, MapConversion
 from scan2bim.verify.inputs import Inputs
@@ -44,6 +46,8 @@ less."""
 VOUCHED = 1 / 3
 """Of the shift of a scan against the model, up to which it may lie off the other scans for them to vouch for it: it is
 the building then that was built otherwise there."""
+ALIKE = 0.9
+"""Of what the best placing explains, from which on another one may be the right one."""
 OTHERS_FIT = 0.6
 """Share of the scans that must fit for the others to count as misplaced; otherwise it is the building that is off."""
 
@@ -84,6 +88,12 @@ class Drawn:
         used = self.counts if near is None else self.counts & near
         return make_target(coarse_faces([plane for plane in self.planes if used[plane.element]]), used)
 
+    def sights(self, scan_folders: Sequence[Path]) -> Sights:
+        """What tells whether a placing is right."""
+        planes = [plane for plane in self.planes if self.counts[plane.element]]
+        panoramas = some_panoramas(list(load_panoramas(scan_folders).values()))
+        return Sights(coarse_faces(planes), planes, self.counts, panoramas)
+
 
 def place_model(
     inputs: Inputs,
@@ -113,7 +123,11 @@ def place_model(
         fitted=inputs.fitted or best.method == "automatic",
         rival=rival,
         scans=scans,
-        notes=(*_notes(best, correction, inputs), *systems_note(model.conversion, inputs.frame.crs)),
+        notes=(
+            *_notes(best, correction, inputs),
+            *_rival_note(best, rival),
+            *systems_note(model.conversion, inputs.frame.crs),
+        ),
     )
     return Placement(matrix, ignored, told, sample, target)
 
@@ -136,18 +150,23 @@ def _first(
         if placed.method == "given" or (placed.walls >= PLAUSIBLE and inputs.placing != "align"):
             return placed, None, target
         tried.append(placed)
+    aligned = ""
     if inputs.placing != "stated":
         from scan2bim.verify.align import align
 
         target = drawn.target()
-        found, rival = align(target, sample, inputs.building)
-        if found is not None:
-            return found, rival, target
+        found = align(target, sample, inputs.building, drawn.sights(inputs.scan_folders))
+        if found.placed is not None:
+            return found.placed, found.rival, target
+        aligned = (
+            f" Aligned to them, {100 * found.walls:.0f} % are, and of what the scanners should see of the model there "
+            f"they saw {100 * found.agreement:.0f} %."
+        )
     best = max((p.walls for p in tried), default=0.0)
     raise PrecheckError(
-        f"{inputs.model}: the model and the scans do not lie in one place: at most {100 * best:.0f} % of the scanned "
-        "walls are within 5 cm of the model. Check that they are of the same building, or give the model's place with "
-        "--transform."
+        f"{inputs.model}: the model is not that of the scanned building, or lies elsewhere: at most {100 * best:.0f} % "
+        f"of the scanned walls are within 5 cm of it by its stated coordinates.{aligned} Check that model and scans "
+        "are of the same building, or give the model's place with --transform."
     )
 
 
@@ -215,6 +234,14 @@ def _notes(best: Placed, correction: Correction, inputs: Inputs) -> tuple[str, .
         return ("The model states no coordinates that fit the scans: it was aligned to them.",)
     words = f"The scans lie {length:.1f} mm and {degrees:.3f} degrees off the model as it states its coordinates"
     return (f"{words}; {'this was taken out first.' if inputs.fitted else 'this is part of the deviations.'}",)
+
+
+def _rival_note(best: Placed, rival: float | None) -> tuple[str, ...]:
+    """That another place fits nearly as well, as in a row of houses that are alike."""
+    if rival is None or rival < ALIKE * best.explained:
+        return ()
+    words = f"Another place in the model explains {100 * rival:.0f} % of the scanned surface, this one "
+    return (f"{words}{100 * best.explained:.0f} %: check it on the plans, or give the model's place with --transform.",)
 
 
 def systems_note(conversion: MapConversion | None, scans: str | None) -> tuple[str, ...]:
