@@ -112,11 +112,11 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     model, elements = seen.model, seen.model.elements
     to_model = seen.placement.to_model(seen.anchor)
     tolerances = [settings.tolerance_of(e.ifc_class) for e in elements]
-    results = judge_elements(elements, seen.surface, tolerances, to_model)
+    results, layers = judge_elements(elements, seen.surface, tolerances, to_model)
     missing = frozenset(result.guid for result in results if result.status == "missing")
     if missing:
         seen = _without(inputs, seen, missing)
-        results = judge_elements(elements, seen.surface, tolerances, to_model)
+        results, layers = judge_elements(elements, seen.surface, tolerances, to_model)
     surface = seen.surface
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
@@ -133,7 +133,7 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         unexplained_points=surface.measured.unexplained,
         placing=seen.placement.told,
         elements=(*results, *fills, *_others(model, settings)),
-        additions=(*added_openings(context, elements, matched, to_model), *additions),
+        additions=(*added_openings(context, elements, matched, to_model), *layers, *additions),
         notes=() if surface.asked else (UNASKED,),
     )
     return Found(report, model, surface, seen.placement, seen.anchor, seen.source)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Mapping
 from html import escape
 from importlib import resources
@@ -14,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from scan2bim.verify.ifc_copy import COLOURS
-from scan2bim.verify.result import STATUSES, ElementResult, Report
+from scan2bim.verify.result import STATUSES, Addition, ElementResult, Report, Status
 
 if TYPE_CHECKING:
     from scan2bim.verify.build import Found
@@ -25,7 +26,18 @@ FLAT = ("IfcSlab", "IfcCovering", "IfcRoof", "IfcFooting", "IfcSite")
 """Classes that would cover a plan: they are drawn as outlines."""
 BINS = 41
 """Of the histograms: 20 on each side."""
-PLAN_WIDTH = 640
+PLAN_WIDTH = 600
+"""Pixels: two plans stand beside each other on a usual screen."""
+MARK = 9
+"""Radius of the numbered marks on plans, pixels."""
+WORDS: dict[Status, str] = {
+    "out_of_tolerance": "built otherwise than drawn",
+    "missing": "drawn, but not there",
+    "in_tolerance": "built as drawn",
+    "occluded": "something stood before it",
+    "not_enough_data": "too little of it was scanned",
+    "not_applicable": "glass, furniture, or no body",
+}
 
 
 def page(found: Found, pictures: Mapping[str, bytes]) -> str:
@@ -42,6 +54,7 @@ def page(found: Found, pictures: Mapping[str, bytes]) -> str:
     parts = {
         "TITLE": escape(f"Verification of {report.model_name}"),
         "SUMMARY": _summary(report),
+        "FINDINGS": _findings(report),
         "PLANS": _plans(found),
         "ADDITIONS": _additions(report),
         "PLACING": _placing(report),
@@ -97,7 +110,8 @@ def _histograms(found: Found) -> dict[str, list[int]]:
 def _summary(report: Report) -> str:
     counts = report.counts()
     tiles = "".join(
-        f'<button class="tile" data-status="{status}"><b>{number}</b>{status.replace("_", " ")}</button>'
+        f'<button class="tile" data-status="{status}"><b>{number}</b>{status.replace("_", " ")}'
+        f"<small>{WORDS[status]}</small></button>"
         for status, number in counts.items()
     )
     loa = dict.fromkeys(("LOA50", "LOA40", "LOA30", "LOA20", "LOA10"), 0)
@@ -106,10 +120,83 @@ def _summary(report: Report) -> str:
             loa[element.loa] += 1
     bands = ", ".join(f"{number} {band}" for band, number in loa.items() if number)
     return (
+        f"<p class=verdict>{_verdict(report)}</p><div class=tiles>{tiles}</div>"
         f"<p>{escape(report.model_file)} ({escape(report.model_schema)}) against {report.points:,} points; tolerance "
         f"{1000 * report.tolerance:g} mm. Measured accuracy at 95 %: {bands or 'none'}.</p>"
-        f"<div class=tiles>{tiles}</div>"
+        + "".join(f"<p class=note>{escape(note)}</p>" for note in report.notes)
     )
+
+
+def _verdict(report: Report) -> str:
+    """The answer in one paragraph."""
+    counts, faults, added = report.counts(), len(report.faults()), len(_built(report))
+    judged = faults + counts["in_tolerance"]
+    unseen = counts["occluded"] + counts["not_enough_data"]
+    first = f"Of {judged} elements that the scans show, <b>{faults} {_were(faults)} not built as drawn</b>."
+    if not judged:
+        first = "The scans show no element well enough to judge it."
+    second = (
+        f" {added} {'thing stands' if added == 1 else 'things stand'} there that {_is(added)} not drawn."
+        if added
+        else ""
+    )
+    return f"{first}{second} {unseen} {_were(unseen)} not seen well enough."
+
+
+def _were(number: int) -> str:
+    return "was" if number == 1 else "were"
+
+
+def _is(number: int) -> str:
+    return "is" if number == 1 else "are"
+
+
+def _built(report: Report) -> list[Addition]:
+    """Additions that are more than objects."""
+    return [a for a in report.additions if a.guess != "object"]
+
+
+def _ranked(report: Report) -> list[ElementResult]:
+    """Elements at fault: missing ones, then by how far they are off."""
+
+    def key(element: ElementResult) -> tuple[bool, float]:
+        opening = element.opening
+        sizes = (opening.shift_along, opening.width_change) if opening else ()
+        off = max([abs(size or 0.0) for size in sizes] or [element.deviation.p95 if element.deviation else 0.0])
+        return element.status != "missing", -off
+
+    return sorted(report.faults(), key=key)
+
+
+def _numbers(report: Report) -> dict[str, int]:
+    """The number of each finding in the list, by GlobalId or an addition's id."""
+    keys = [*(e.guid for e in _ranked(report)), *(a.id for a in _built(report))]
+    return {key: number for number, key in enumerate(keys, 1)}
+
+
+def _findings(report: Report) -> str:
+    """All findings, the worst first, with the numbers that the plans show."""
+    numbers = _numbers(report)
+    rows = [
+        f'<li data-guid="{escape(e.guid)}"><i class="{e.status}">{numbers[e.guid]}</i><span><b>'
+        f"{_kind(e.ifc_class)} {escape(e.name)}</b>{_at(e.storey)}<br>{escape(e.reason)}</span></li>"
+        for e in _ranked(report)
+    ]
+    rows += [
+        f'<li data-guid="{escape(a.id)}"><i class="added">{numbers[a.id]}</i><span><b>Not drawn: {a.guess}</b>'
+        f"{_at(a.storey)}<br>{escape(a.sentence)}</span></li>"
+        for a in _built(report)
+    ]
+    return f"<ol class=findings>{''.join(rows)}</ol>" if rows else "<p>None.</p>"
+
+
+def _kind(ifc_class: str) -> str:
+    """An IFC class as a word: IfcWallStandardCase as Wall."""
+    return escape(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", ifc_class.removeprefix("Ifc").removesuffix("StandardCase")))
+
+
+def _at(storey: str) -> str:
+    return f", {escape(storey)}" if storey else ""
 
 
 def _placing(report: Report) -> str:
@@ -146,13 +233,15 @@ def _plans(found: Found) -> str:
     """An SVG for each storey, its elements coloured by status."""
     results = {e.guid: e for e in found.report.elements}
     drawn = [(e, results[e.guid]) for e in found.model.elements if e.guid in results and e.role != "patch"]
+    numbers, added = _numbers(found.report), _built(found.report)
     names = [s.name for s in found.model.storeys]
     names += sorted({r.storey for _, r in drawn} - set(names))
     parts: list[str] = []
     for name in names:
         here = [(r, _outline(e.vertices)) for e, r in drawn if r.storey == name]
         if here:
-            parts.append(f"<figure><figcaption>{escape(name or 'no storey')}</figcaption>{_plan(here)}</figure>")
+            plan = _plan(here, [a for a in added if a.storey == name], numbers)
+            parts.append(f"<figure><figcaption>{escape(name or 'no storey')}</figcaption>{plan}</figure>")
     return "".join(parts)
 
 
@@ -161,14 +250,25 @@ def _outline(vertices: F64) -> F64:
     return np.asarray(shapely.get_coordinates(hull))
 
 
-def _plan(here: list[tuple[ElementResult, F64]]) -> str:
-    every = np.concatenate([outline for _, outline in here])
+def _plan(here: list[tuple[ElementResult, F64]], added: list[Addition], numbers: Mapping[str, int]) -> str:
+    boxes = [(a, np.array([a.lower[:2], a.upper[:2]])) for a in added]
+    every = np.concatenate([*(outline for _, outline in here), *(box for _, box in boxes)])
     low, high = every.min(axis=0), every.max(axis=0)
     scale = PLAN_WIDTH / max(float((high - low).max()), 0.1)
-    width, height = ((high - low) * scale + 8).tolist()
+    width, height = ((high - low) * scale + 2 * MARK).tolist()
     ordered = sorted(here, key=lambda entry: entry[0].ifc_class not in FLAT)
-    shapes = "".join(_shape(result, _points(outline, low, high, scale)) for result, outline in ordered)
-    return f'<svg viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}">{shapes}</svg>'
+    shapes = [_shape(result, _points(outline, low, high, scale)) for result, outline in ordered]
+    marks = [(r.guid, r.status, outline.mean(axis=0)) for r, outline in here if r.guid in numbers]
+    for addition, box in boxes:
+        corners = box[[0, 1, 1, 0], 0], box[[0, 0, 1, 1], 1]
+        points = _points(np.column_stack(corners), low, high, scale)
+        shapes.append(f'<polygon class="added" data-guid="{escape(addition.id)}" points="{points}"/>')
+        marks.append((addition.id, "added", box.mean(axis=0)))
+    for key, look, place in marks:
+        x, y = _points(place[None], low, high, scale).split(",")
+        circle = f'<circle cx="{x}" cy="{y}" r="{MARK}"/><text x="{x}" y="{y}" dy="4">{numbers[key]}</text>'
+        shapes.append(f'<g class="mark {look}" data-guid="{escape(key)}">{circle}</g>')
+    return f'<svg viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}">{"".join(shapes)}</svg>'
 
 
 def _shape(result: ElementResult, points: str) -> str:
@@ -179,5 +279,5 @@ def _shape(result: ElementResult, points: str) -> str:
 
 
 def _points(outline: F64, low: F64, high: F64, scale: float) -> str:
-    x, y = (outline[:, 0] - low[0]) * scale + 4, (high[1] - outline[:, 1]) * scale + 4
+    x, y = (outline[:, 0] - low[0]) * scale + MARK, (high[1] - outline[:, 1]) * scale + MARK
     return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))

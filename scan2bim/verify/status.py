@@ -12,7 +12,8 @@ from scan2bim.verify.compare import Measured
 from scan2bim.verify.faces import FaceTable
 from scan2bim.verify.fits import Cells, Motion, Statistics, best_motion, own_surface, statistics
 from scan2bim.verify.ifc_model import ModelElement
-from scan2bim.verify.result import Deviation, ElementResult, FaceResult, Fit, Loa, Status
+from scan2bim.verify.layers import Layer, find_layers, layer_addition
+from scan2bim.verify.result import Addition, Deviation, ElementResult, FaceResult, Fit, Loa, Status
 from scan2bim.verify.visibility import BLOCKED, LOOKED_THROUGH, SAW, VISIBLE
 
 F64 = NDArray[np.float64]
@@ -78,16 +79,24 @@ def loa_of(p95: float) -> Loa:
 
 def judge_elements(
     elements: Sequence[ModelElement], surface: Surface, tolerances: Sequence[float], to_model: F64
-) -> list[ElementResult]:
-    """A result for each compared element; ``to_model`` (4, 4) takes the cells' frame to the model's axes."""
+) -> tuple[list[ElementResult], list[Addition]]:
+    """A result for each compared element, and layers that stand before walls; ``to_model`` (4, 4) takes the cells'
+    frame to the model's axes.
+    """
     order, ends = surface.table.by_element(len(elements))
-    return [
-        _beyond(element, float(surface.beyond[i]), tolerances[i])
-        if surface.beyond[i] > 0.0
-        else _judge(element, order[ends[i] : ends[i + 1]], surface, tolerances[i], to_model)
-        for i, element in enumerate(elements)
-        if element.role == "compared"
-    ]
+    results: list[ElementResult] = []
+    added: list[Addition] = []
+    for i, element in enumerate(elements):
+        if element.role != "compared":
+            continue
+        if surface.beyond[i] > 0.0:
+            results.append(_beyond(element, float(surface.beyond[i]), tolerances[i]))
+            continue
+        result, layers = _judge(element, order[ends[i] : ends[i + 1]], surface, tolerances[i], to_model)
+        results.append(result)
+        for layer in layers:
+            added.append(layer_addition(layer, element.name, element.storey, len(added) + 1, to_model))
+    return results, added
 
 
 def _beyond(element: ModelElement, area: float, tolerance: float) -> ElementResult:
@@ -110,29 +119,32 @@ def result_of(element: ModelElement, status: Status, reason: str, tolerance: flo
 
 def _judge(
     element: ModelElement, cells: NDArray[np.int64], surface: Surface, tolerance: float, to_model: F64
-) -> ElementResult:
+) -> tuple[ElementResult, list[Layer]]:
     table = surface.table
     area = table.area(cells)
     glass = table.glass[table.cell_face[cells]]
     reason = "It has no surface that a scanner resolves."
     base = result_of(element, "not_applicable", reason, tolerance, float(area.sum()))
     if not len(cells):
-        return base
+        return base, []
     if glass.all():
-        return base.model_copy(update={"reason": "Glass: scanners see through it."})
+        return base.model_copy(update={"reason": "Glass: scanners see through it."}), []
     counted = ~glass & ~surface.reveal[cells]
     return _judged(base, cells[counted], surface, tolerance, to_model)
 
 
 def _judged(
     base: ElementResult, cells: NDArray[np.int64], surface: Surface, tolerance: float, to_model: F64
-) -> ElementResult:
+) -> tuple[ElementResult, list[Layer]]:
     table = surface.table
     area = table.area(cells)
     measured = surface.is_measured[cells]
     bits = surface.bits[cells]
     found = _cells(table, surface.measured, cells[measured])
     own, on_plane = own_surface(found)
+    layers = find_layers(found, own, tolerance) if "Wall" in base.ifc_class else []
+    for layer in layers:
+        own, on_plane = own & ~layer.cells, on_plane & ~layer.cells
     own_area = float(found.area[own].sum())
     visible = measured | ((bits & VISIBLE) > 0)
     saw = measured | ((bits & SAW) > 0)
@@ -152,7 +164,7 @@ def _judged(
             "Too little of it was measured, and no scanner's position is known to tell why.",
         )
     kept = stats if enough and stats else None
-    return base.model_copy(
+    result = base.model_copy(
         update={
             "status": status,
             "reason": reason,
@@ -167,6 +179,7 @@ def _judged(
             "faces": faces if kept else (),
         }
     )
+    return result, layers
 
 
 def _status(
