@@ -18,6 +18,10 @@ UPRIGHT = 0.5
 """Largest vertical part of the normal of a face that things stand before: floors are raised as a whole."""
 CLOSE = 0.008
 """Half-width of a plane's inliers, metres: three times the noise of a cell's mean with registration."""
+SHARP = 0.004
+"""Metres within which cells speak for a tried plane: of a wall and a board 17 mm before it both lie on neither side of
+a plane that slants between them.
+"""
 STEEPEST = 0.08
 """Slope of a face's deviation above which it is no turned face but another thing: 4.6 degrees."""
 TRIALS = 96
@@ -162,7 +166,7 @@ def _trials(sample: F64, values: F64, best: F64, rng: np.random.Generator) -> F6
     if clean.any():
         tried = np.linalg.solve(matrices[clean], values[triples[clean]][..., None])[..., 0]
         planes = np.concatenate([planes, tried[np.abs(tried[:, 1:]).max(axis=1) < STEEPEST]])
-    away = (planes @ sample.T - values) / CLOSE
+    away = (planes @ sample.T - values) / SHARP
     return planes[int(np.argmax(np.maximum(1.0 - away**2, 0.0).sum(axis=1)))]
 
 

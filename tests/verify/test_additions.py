@@ -46,8 +46,9 @@ CURTAIN = block((1.7, 0.1, 0.0), (2.0, 0.3, CEILING))
         (np.concatenate([LEAF, block((1.4, 2.0, 2.1), (1.5, 2.1, CEILING))]), "object"),
         (POST, "column"),
         (block((1.0, 2.0, 0.0), (1.3, 2.3, 2.0)), "object"),
+        (block((1.0, 2.0, 0.0), (3.0, 2.1, CEILING - 0.2)), "object"),
     ],
-    ids=["wall", "open leaf", "open leaf with strays up to the ceiling", "column", "cupboard"],
+    ids=["wall", "open leaf", "open leaf with strays up to the ceiling", "column", "cupboard", "wardrobe"],
 )
 def test_what_is_built_reaches_the_ceiling_over_most_of_its_plan(voxels: F64, expected: str) -> None:
     assert _guess(voxels, True, room()) == expected

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from bcf.v3.bcfxml import BcfXml
 from pxr import Usd, UsdGeom
-from synthetic import scanned, two_rooms, write_scene
+from synthetic import l_shaped, scanned, two_rooms, write_scene
 from verify.bcf_reader import read_bcf, reads_bcf
 from verify.browser import answer, chromium
 from verify.drawn import Change, draw
@@ -225,6 +225,15 @@ def test_a_model_drawn_elsewhere_is_aligned(scans: Path) -> None:
     report = load_report(scans / "e" / "report.json")
     assert report.placing.method == "automatic"
     assert element(report, "middle wall").status == "in_tolerance"
+
+
+def test_the_model_of_another_building_is_refused_in_words(scans: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = draw(truth_of(l_shaped()), scans / "another.ifc")
+    assert (
+        main(["verify", str(model), str(scans / "scans"), "-o", str(scans / "a"), "--work", str(scans / "work")]) == 4
+    )
+    assert "not that of the scanned building" in capsys.readouterr().err
+    assert not (scans / "a" / "report.json").exists()
 
 
 def test_a_merged_cloud_tells_deviations_and_what_it_cannot_tell(tmp_path: Path) -> None:
