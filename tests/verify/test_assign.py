@@ -47,7 +47,7 @@ def test_what_is_seen_past_the_end_of_a_wall_says_nothing_of_it() -> None:
     found = []
     for x in (1.0, 4.0):  # from there the ray meets the wall's plane on the wall, and beside its end
         station = np.array([x, -1.0, 1.0])
-        found.append(_owner(*point, flush, station, np.array([0]), faces))
+        found.append(_owner(*point, flush, station, 0, 1, np.array([0]), *faces))
         crossing = point[0] + (x - point[0]) * 0.12 / steps
         assert (crossing < 2.0) == (x == 1.0)
     assert found[0][1] >= 0
