@@ -119,7 +119,8 @@ def read_model(path: Path) -> IfcModel:
 def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[ModelElement]:
     openings = {r.RelatedOpeningElement.GlobalId: r.RelatingBuildingElement for r in file.by_type("IfcRelVoidsElement")}
     fills = {r.RelatedBuildingElement.GlobalId: r.RelatingOpeningElement for r in file.by_type("IfcRelFillsElement")}
-    bodies = {guid: body for guid, *body in _bodies(file, products)}  # in the order in which threads finish them
+    # Threads finish them in any order.
+    bodies = {guid: (vertices, triangles, glass) for guid, vertices, triangles, glass in _bodies(file, products)}
     for product in products:
         guid = product.GlobalId
         if guid not in bodies:
