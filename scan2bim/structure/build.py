@@ -242,9 +242,7 @@ def parts_and_wells(
 
     ``lintel`` tells whether a lintel hangs over a line.
     """
-    parts, portals = split_at_portals(space, lintel)
-    if any(portal.crosses(well) for portal in portals for well in wells):
-        parts, portals = [space], []
+    parts, portals = split_at_portals(space, lintel, wells)
     rooms: list[Polygon] = []
     below: list[Polygon] = []
     borders = list(portals)

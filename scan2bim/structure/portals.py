@@ -60,13 +60,17 @@ F64 = NDArray[np.float64]
 Lintel = Callable[[LineString], bool]
 
 
-def split_at_portals(polygon: Polygon, under_lintel: Lintel) -> tuple[list[Polygon], list[LineString]]:
-    """Parts of a space and the cuts between them. ``under_lintel`` tells whether a lintel hangs over a line."""
+def split_at_portals(
+    polygon: Polygon, under_lintel: Lintel, wells: Sequence[Polygon] = ()
+) -> tuple[list[Polygon], list[LineString]]:
+    """Parts of a space and the cuts between them. ``under_lintel`` tells whether a lintel hangs over a line; parts
+    between which a cut would cross one of the ``wells`` are one.
+    """
     lines = _cuts(polygon) if polygon.area >= 2 * SMALLEST_PART else []
     if not lines:
         return [polygon], []
     parts = dict(enumerate(_pieces(polygon, lines)))
-    borders = _borders(parts, lines, under_lintel)
+    borders = _borders(parts, lines, under_lintel, wells)
     while borders:
         unfit = _unfit(borders, parts)
         worst = int(np.argmax(unfit))
@@ -82,7 +86,7 @@ def split_at_portals(polygon: Polygon, under_lintel: Lintel) -> tuple[list[Polyg
 @dataclass(frozen=True, slots=True, eq=False)
 class _Border:
     """A straight border between two parts, by their numbers, on the cut of number ``cut``; whether a ``lintel`` hangs
-    over it.
+    over it, and whether it crosses a ``well``.
     """
 
     one: int
@@ -90,6 +94,7 @@ class _Border:
     cut: int
     line: LineString
     lintel: bool
+    well: bool
 
 
 def _unfit(borders: Sequence[_Border], parts: dict[int, Polygon]) -> F64:
@@ -101,7 +106,7 @@ def _unfit(borders: Sequence[_Border], parts: dict[int, Polygon]) -> F64:
     for b in borders:
         smaller = min(parts[b.one].area, parts[b.other].area)
         ratio = width[b.one, b.other, b.cut] ** 2 / smaller / (NARROW_UNDER_LINTEL if b.lintel else NARROW)
-        out.append(ratio if smaller >= SMALLEST_PART else 1e3 + ratio)
+        out.append(ratio + 1e3 * (b.well + (smaller < SMALLEST_PART)))
     return np.array(out)
 
 
@@ -124,7 +129,9 @@ def _pieces(polygon: Polygon, lines: Sequence[LineString]) -> list[Polygon]:
     return [p for p in pieces if isinstance(p, Polygon) and polygon.contains(p.representative_point())]
 
 
-def _borders(parts: dict[int, Polygon], lines: Sequence[LineString], under_lintel: Lintel) -> list[_Border]:
+def _borders(
+    parts: dict[int, Polygon], lines: Sequence[LineString], under_lintel: Lintel, wells: Sequence[Polygon]
+) -> list[_Border]:
     """What the parts share of each cut."""
     found: list[_Border] = []
     for cut, line in enumerate(lines):
@@ -133,7 +140,7 @@ def _borders(parts: dict[int, Polygon], lines: Sequence[LineString], under_linte
         for one, other in combinations(beside, 2):
             shared = shapely.get_parts(shapely.intersection(parts[one].boundary, parts[other].boundary))
             sides = [s for s in shared if isinstance(s, LineString) and s.within(line.buffer(SHORT_OF))]
-            found += [_Border(one, other, cut, s, lintel) for s in sides]
+            found += [_Border(one, other, cut, s, lintel, any(s.crosses(well) for well in wells)) for s in sides]
     return found
 
 

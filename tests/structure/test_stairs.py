@@ -145,6 +145,18 @@ def test_a_space_with_a_well_is_parted_at_its_portals_too() -> None:
     assert sum(b.length for b in borders) == pytest.approx(0.9 + 3.0 + 1.0 + 1.0, abs=0.02)
 
 
+def test_a_portal_over_a_well_leaves_the_others() -> None:
+    """Three rooms in a row; the well lies under the portal between the first two."""
+    gaps = [box(6, 1, 6.2, 2.9), box(10.2, 1, 10.4, 1.9)]
+    rooms = orient_polygons(union_all([box(0, 0, 6, 4), gaps[0], box(6.2, 0, 10.2, 4), gaps[1], box(10.4, 0, 14, 4)]))
+    assert isinstance(rooms, Polygon)
+    well = box(5.5, 1.8, 6.7, 2.1)
+    parts, below, borders = parts_and_wells(rooms, [well], lambda _: False)
+    assert sorted(p.area for p in parts) == pytest.approx([14.4, 40.0 - well.area], abs=0.4)
+    assert [p.area for p in below] == pytest.approx([well.area])
+    assert sum(b.length for b in borders) == pytest.approx(0.9 + well.length, abs=0.02)
+
+
 def test_small_things_a_riser_apart_are_no_stair() -> None:
     steps = [(1 + 0.2 * k, 0.19 * (k + 1)) for k in range(10)]
     assert len(stairs_among([level(x, 1, x + 0.2, 2, h) for x, h in steps], 2.85)) == 1
