@@ -9,6 +9,7 @@ import pytest
 
 from scan2bim.config import OpeningSettings
 from scan2bim.openings.closed.edges import edges_of, moved
+from scan2bim.openings.closed.evidence import evidence_of
 from scan2bim.openings.closed.find import closed_doors
 from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.near_points import WallPoints
@@ -184,3 +185,15 @@ def test_leaves_that_are_more_alike_in_depth_than_the_wall_are_not_taken_for_it(
     assert image is not None
     assert abs(float(np.median(image.depth[250:, 20:370]))) < 0.005
     assert float(np.median(image.depth[50:200, 90:170])) < -0.012
+
+
+def test_a_leaf_that_has_drawn_the_plane_to_itself_in_a_short_wall_lies_behind_what_is_above_it() -> None:
+    image = face(0.0)
+    wide = np.ones(image.depth.shape, bool)
+    wide[: round(DOOR.top * 100), round(DOOR.left * 100) : round(DOOR.right * 100)] = False
+    image.depth[wide] += 0.025  # the wall, of which 20 cm on the left and what is above are seen
+    image.depth[:, round(DOOR.right * 100) :] = 0.0  # the next room's, in another plane
+    image.known[:, : round(DOOR.left * 100) - 20] = False
+    (evidence,) = evidence_of(contrasted([image]), DOOR)
+    assert evidence.recess == pytest.approx(0.025, abs=0.002)
+    assert evidence.lintel > 0.9

@@ -214,8 +214,8 @@ def _surface(depth, known, rgb, left, right, top):  # pyright: ignore
     end = window(depth.shape, right + FLANK[0], right + FLANK[1], FOOT, top)
     inside = known_values(depth, known, inner, 2)
     beside, behind = known_values(depth, known, start, 2), known_values(depth, known, end, 2)
-    leaf, wall = level(inside), wall_level(beside, behind, SKIN, STEP)
     above = window(depth.shape, left + INSET, right - INSET, top + LINTEL[0], top + LINTEL[1])
+    leaf, wall = level(inside), wall_level(beside, behind, known_values(depth, known, above, 2), SKIN, STEP)
     return (
         share_known(known, window(depth.shape, left, right, 0.0, top), 2),
         wall,

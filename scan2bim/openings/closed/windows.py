@@ -58,14 +58,15 @@ def share_near(values, place, reach):  # pyright: ignore
 
 
 @nb.njit(cache=True, nogil=True)
-def wall_level(left, right, skin, step):  # pyright: ignore
-    """Depth of the wall beside a rectangle: that of both flanks where they agree and no furniture stands there, else
-    the most of them that lies near the wall's plane, else that plane itself.
+def wall_level(left, right, above, skin, step):  # pyright: ignore
+    """Depth of the wall round a rectangle: that of two of its flanks and of what is above its head that agree, where no
+    furniture stands, else the most of the flanks that lies near the wall's plane, else that plane itself.
     """
-    if len(left) > FEWEST and len(right) > FEWEST:
-        a, b = median(left), median(right)
-        if abs(a - b) < skin / 2 and max(abs(a), abs(b)) < step:
-            return (a + b) / 2
+    for a, b in ((left, right), (left, above), (right, above)):
+        if len(a) > FEWEST and len(b) > FEWEST:
+            one, other = np.median(a), np.median(b)
+            if abs(one - other) < skin / 2 and max(abs(one), abs(other)) < step:
+                return (one + other) / 2
     near = np.empty(len(left) + len(right), np.float32)
     used = 0
     for flank in (left, right):
@@ -73,7 +74,7 @@ def wall_level(left, right, skin, step):  # pyright: ignore
             if abs(value) < skin:
                 near[used] = value
                 used += 1
-    return median(near[:used]) if used > FEWEST else 0.0
+    return np.median(near[:used]) if used > FEWEST else 0.0
 
 
 @nb.njit(cache=True, nogil=True)
