@@ -33,6 +33,9 @@ PANE = 0.6
 """Share of the wall's density of points up to which a recessed rectangle that nobody looked through is a pane."""
 RIM = 0.15
 """Width, metres, of an opening's rim, in which lining and frame are left out when panes are looked for."""
+GLASS = 0.1
+"""Share of the face round a window that was looked through from which on it is glass: beside windows less than a
+hundredth is."""
 FRAMES = (0.025, 0.1)
 """Metres from an opening's sides between which its frame shows: reveals are nearer."""
 PLANE = 0.015
@@ -158,6 +161,20 @@ def density(image: WallImage, box: Box) -> float:
     around = part(image.faces[0], *ring) + part(image.faces[1], *ring)
     wall = around[around > 0]
     return float(here.mean() / wall.mean()) if here.size and len(wall) else np.nan
+
+
+def in_glass(image: WallImage, box: Box) -> bool:
+    """Whether the wall round a rectangle was looked through, too: it is a part of a glass front."""
+    left, right, bottom, top = box
+    around = left - RING, right + RING, bottom - RING, top + RING
+    face = part(image.face, *around).copy()
+    low, first = (
+        max(0, round((bottom - max(around[2], 0.0)) / PIXEL)),
+        max(0, round((left - max(around[0], 0.0)) / PIXEL)),
+    )
+    face[low : low + round((top - bottom) / PIXEL), first : first + round((right - left) / PIXEL)] = False
+    clear = part((image.through > 0) & ~image.lost, *around)
+    return bool(face.any() and clear[face].mean() > GLASS)
 
 
 def is_recess(wall: WallShape, image: WallImage, box: Box) -> bool:

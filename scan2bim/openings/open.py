@@ -24,6 +24,7 @@ from scan2bim.openings.kinds import (
     SOLID,
     WHOLE,
     glazed,
+    in_glass,
     is_pane,
     is_recess,
     kind_of,
@@ -273,7 +274,7 @@ def _opening(
     kind, leaves = kind_of(wall, image, box, lintel)
     through = share(image.through > 0, box)
     jambs = sum(1 for side in sides[:2] if side.reveal > 0)
-    if not _shows(wall, image, box, through, sides, in_line):
+    if not _shows(wall, image, box, through, sides, in_line) or (kind == "window" and in_glass(image, box)):
         return None
     opening = OpeningShape(
         storey,

@@ -41,7 +41,7 @@ BEFORE = 0.06
 BEHIND = 0.08
 """Metres behind a wall's face to which a ray must go on to tell that the face is not there: beyond plaster, skirting
 boards and the error of a panorama's cell seen at a slant."""
-NEAREST = 0.6
+NEAREST = 0.35
 """Stations nearer to a wall, metres, are not asked where nothing came back: from so near nothing does."""
 LEAST_OUT = 10
 """Squares of ASKED pixels through which a station in a wall's body must look out on each side."""

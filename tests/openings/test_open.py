@@ -241,3 +241,9 @@ def test_pulses_that_a_dark_curtain_swallowed_do_not_widen_a_window_whose_side_w
     assert sides(window) == pytest.approx(WINDOW, abs=0.02)
     found.lost[:] = False
     assert find_open(0, 0, wall, found)[0].width > WINDOW[1] - WINDOW[0] + 0.2
+
+
+def test_a_part_of_a_glass_front_is_no_window() -> None:
+    beside = [(WINDOW[1], WINDOW[1] + 0.4, 0.0, HEIGHT)]
+    assert found_in([WINDOW], reveals(WINDOW), through=[clear(WINDOW)])
+    assert not found_in([WINDOW], reveals(WINDOW), through=[clear(WINDOW), *beside])
