@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.near_points import within
 from scan2bim.openings.shapes import Kind
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, part
 from scan2bim.structure.shapes import WallShape
@@ -116,8 +115,7 @@ def _paned(wall: WallShape, image: WallImage, box: Box) -> bool:
     wall where others went through.
     """
     left, right, bottom, top = box
-    inner = np.array([left + RIM, right - RIM, bottom + RIM, top - RIM], np.float32)
-    rows = within(image.along, image.up, inner)
+    rows = image.rows_within(left + RIM, right - RIM, bottom + RIM, top - RIM)
     rows = rows[~image.on_face[rows]]
     across = np.where(image.side[rows] == 0, image.depth[rows], wall.thickness - image.depth[rows])
     if not len(across) or density(image, (left + RIM, right - RIM, bottom + RIM, top - RIM)) > SOLID:

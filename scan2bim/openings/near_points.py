@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import BufferedRandom
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.tiles import POINT, STEPS, TILE, TileIndex, tile_runs
 from scan2bim.errors import InputError
 from scan2bim.geometry.arcs import Arc
+from scan2bim.openings.within import stretch_bounds, within
 from scan2bim.structure.shapes import WallShape
 
 BAND = 0.12
@@ -41,7 +42,8 @@ F32 = NDArray[np.float32]
 @dataclass(frozen=True, slots=True, eq=False)
 class WallPoints:
     """Points near one wall: ``along`` its axis from its start, ``across`` it (to the left positive, 0 on the axis),
-    ``up`` from its base, (n,) float32 metres; ``rgb`` (n, 3) uint8; ``station`` (n,) uint16.
+    ``up`` from its base, (n,) float32 metres; ``rgb`` (n, 3) uint8; ``station`` (n,) uint16. bounds: as of
+    ``stretch_bounds``.
     """
 
     along: F32
@@ -49,36 +51,22 @@ class WallPoints:
     up: F32
     rgb: NDArray[np.uint8]
     station: NDArray[np.uint16]
+    bounds: F32 = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bounds", stretch_bounds(self.along, self.up))
 
     def inside(self, left: float, right: float, bottom: float, top: float) -> WallPoints:
         """Those within a rectangle of the wall, metres."""
-        rows = within(self.along, self.up, np.array([left, right, bottom, top], np.float32))
+        rows = self._within(left, right, bottom, top)
         return WallPoints(self.along[rows], self.across[rows], self.up[rows], self.rgb[rows], self.station[rows])
 
     def stations_inside(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
         """How many of those are of each station (s,)."""
-        box = np.array([left, right, bottom, top], np.float32)
-        return _stations_within(self.along, self.up, self.station, box)
+        return np.bincount(self.station[self._within(left, right, bottom, top)])
 
-
-@nb.njit(cache=True, nogil=True)
-def _stations_within(along, up, station, box):  # pyright: ignore
-    """How many points (n,) of each station lie inside a box (4,) float32."""
-    counts = np.zeros(1 << 16, np.int64)
-    for i in range(len(along)):
-        counts[station[i]] += (along[i] > box[0]) & (along[i] < box[1]) & (up[i] > box[2]) & (up[i] < box[3])
-    return counts
-
-
-@nb.njit(cache=True, nogil=True)
-def within(along, up, box):  # pyright: ignore
-    """Numbers of the points (n,) inside a box (4,) float32."""
-    rows = np.empty(len(along), np.int64)
-    used = 0
-    for i in range(len(along)):
-        rows[used] = i
-        used += (along[i] > box[0]) & (along[i] < box[1]) & (up[i] > box[2]) & (up[i] < box[3])
-    return rows[:used]
+    def _within(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
+        return np.asarray(within(self.along, self.up, self.bounds, np.array([left, right, bottom, top], np.float32)))
 
 
 def points_by_wall(

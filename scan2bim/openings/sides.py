@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.openings.edges import FEWEST, MARGIN, REACH, Edge, find_edge
-from scan2bim.openings.near_points import within
 from scan2bim.openings.wall_image import PIXEL, PROUD, Box, WallImage, part
 
 FARTHEST = 0.6
@@ -52,10 +51,8 @@ def sides_of(image: WallImage, box: Box, outer: bool) -> Sides:
     left, right, bottom, top = box = seen_part(image, box) if outer else box
     hidden = [_hidden_beyond(image, box, k) if outer else 0.0 for k in range(4)]
     others = [_next_one(image, box, k) for k in range(4)]
-    reach = np.array(
-        [left - REACH - hidden[0], right + REACH + hidden[1], bottom - REACH - hidden[2], top + REACH + hidden[3]]
-    )
-    near = within(image.along, image.up, reach.astype(np.float32))
+    ends = left - REACH - hidden[0], right + REACH + hidden[1], bottom - REACH - hidden[2], top + REACH + hidden[3]
+    near = image.rows_within(*ends)
     along, up = image.along[near].astype(np.float64), image.up[near].astype(np.float64)
     depth, on_face, side = image.depth[near].astype(np.float64), image.on_face[near], image.side[near]
     margin = _margins(box)

@@ -11,7 +11,7 @@ came back.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numba as nb
@@ -22,6 +22,7 @@ from scan2bim.cloud.panorama import Panorama, cube_cell
 from scan2bim.openings.holes import holes
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.virtual import is_virtual
+from scan2bim.openings.within import stretch_bounds, within
 from scan2bim.structure.shapes import WallShape
 
 PIXEL = 0.025
@@ -66,7 +67,7 @@ class WallImage:
     stations looked through by pulses alone that never came back, in scans that do not record them; ``blank`` (r, c)
     whether a station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``,
     ``up`` (n,) metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether
-    it lies on that, ``side`` (n,) 0 for the left and 1 for the right one.
+    it lies on that, ``side`` (n,) 0 for the left and 1 for the right one; ``bounds`` as of ``stretch_bounds``.
     """
 
     faces: NDArray[np.int32]
@@ -81,6 +82,14 @@ class WallImage:
     depth: F32
     on_face: NDArray[np.bool_]
     side: NDArray[np.int8]
+    bounds: F32 = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bounds", stretch_bounds(self.along, self.up))
+
+    def rows_within(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
+        """Numbers of the points inside a box."""
+        return np.asarray(within(self.along, self.up, self.bounds, np.array([left, right, bottom, top], np.float32)))
 
     @property
     def face(self) -> NDArray[np.bool_]:
