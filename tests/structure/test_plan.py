@@ -78,6 +78,26 @@ def test_a_lintel_parts_rooms_where_the_scan_was_cut_below_the_ceiling() -> None
     assert sorted(round(s.area) for s in find_spaces(plan, find_faces(plan), [])[0]) == [16, 16]
 
 
+def test_the_ceiling_goes_on_over_cupboards_that_hide_the_floor() -> None:
+    """A wardrobe 60 cm deep and 2 m high over a whole wall of a room 2.5 m high, beside eaves as high 40 cm away."""
+    front = upright((5.4, 0), (5.4, 4), 0, 2.0)
+    wall = upright((6.0, 0), (6.0, 4), 2.2, 2.5)
+    rest = [upright(a, b, 0, 2.5) for a, b in (((0, 0), (6, 0)), ((0, 4), (6, 4)), ((0, 0), (0, 4)))]
+    eaves = level(6.4, 0, 7.0, 4, 2.5)
+    parts = [level(0, 0, 5.4, 4, 0.0), level(0, 0, 6, 4, 2.5), front, wall, *rest, eaves]
+    plan = plan_from(parts, [0] * len(parts), [[3.0, 2.0, 1.6]], 2.7)
+    over, outside = (plan.grid.pixel_of(np.array([[x, 2.0]]))[0] for x in (5.7, 6.7))
+    assert plan.ceiling[over[1], over[0]] > 0
+    assert plan.ceiling[outside[1], outside[0]] == 0
+
+
+def test_the_soffit_of_a_lintel_over_nothing_is_no_ceiling() -> None:
+    parts = [*room(0, 0, 6, 4, ceiling=2.5), level(6.05, 0, 6.4, 4, 2.4)]
+    plan = plan_from(parts, [0] * len(parts), [[3.0, 2.0, 1.6]], 2.7)
+    at = plan.grid.pixel_of(np.array([[6.2, 2.0]]))[0]
+    assert plan.ceiling[at[1], at[0]] == 0
+
+
 def test_a_hall_without_floor_is_a_space_where_walls_enclose_it() -> None:
     rooms = [*room(0, 0, 6, 4, ceiling=None), *room(6.1, 0, 12, 4, ceiling=None)[1:]]
     table = level(9, 1.5, 10, 2.5, 0.75)
