@@ -138,9 +138,10 @@ class VerifySettings(Section):
         return value
 
     def tolerance_of(self, ifc_class: str) -> float:
-        """Metres, for an element of a class."""
+        """Metres, for an element of a class; IfcWall stands for IfcWallStandardCase too."""
         own = {name.strip().lower(): float(metres) for name, _, metres in (e.partition("=") for e in self.classes)}
-        return own.get(ifc_class.lower(), self.tolerance)
+        name = ifc_class.lower()
+        return own.get(name, own.get(name.removesuffix("standardcase"), self.tolerance))
 
 
 def _is_length(text: str) -> bool:

@@ -14,6 +14,7 @@ from scan2bim.geometry.graphs import connected_parts
 from scan2bim.geometry.space_index import SpaceIndex
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
+from scan2bim.verify.moved import Body
 from scan2bim.verify.patches import Gap, main_direction
 from scan2bim.verify.result import Addition
 from scan2bim.verify.upright import upright_parts
@@ -93,13 +94,14 @@ class Unexplained:
 class Surroundings:
     """What tells built things from furniture: ``box`` (2, 3) of the model, ``ceilings`` (n, 3), places on surfaces that
     look down, which walls reach and furniture seldom does, and the ``windows``, before which curtains hang; all in the
-    local frame. storeys: in the model's axes.
+    local frame; so are the ``moved`` elements, whose surface is no addition. storeys: in the model's axes.
     """
 
     box: F64
     ceilings: F64
     windows: tuple[Gap, ...]
     storeys: tuple[ModelStorey, ...]
+    moved: tuple[Body, ...] = ()
 
 
 def find_additions(unexplained: Unexplained, around: Surroundings, to_model: F64) -> tuple[Addition, ...]:
@@ -118,6 +120,8 @@ def find_additions(unexplained: Unexplained, around: Surroundings, to_model: F64
             break
         mine = label == which
         place = middle[mine]
+        if any(body.holds(place) for body in around.moved):
+            continue
         guess = _guess(place, bool(which < walls), around)
         out.append(_addition(len(out) + 1, place, guess, int(counts[mine].sum()), storeys, to_model))
     return tuple(out)

@@ -19,6 +19,7 @@ from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, Plane, areas_of, find_planes, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
 from scan2bim.verify.inputs import Inputs
+from scan2bim.verify.moved import moved_bodies
 from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
 from scan2bim.verify.outlines import Profiles
 from scan2bim.verify.patches import find_gaps, main_direction, with_patches
@@ -121,7 +122,8 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     context = _opening_context(inputs, seen)
     fills, matched = judge_openings(context, elements, tolerances)
     windows = tuple(g for g in context.gaps if g.fill is not None and g.fill.ifc_class.startswith("IfcWindow"))
-    around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys)
+    moved = moved_bodies(elements, results, to_model)
+    around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys, moved)
     additions = find_additions(seen.unexplained, around, to_model)
     report = Report(
         program=f"scan2bim {__version__}",
@@ -134,9 +136,23 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         placing=seen.placement.told,
         elements=(*results, *fills, *_others(model, settings)),
         additions=(*added_openings(context, elements, matched, to_model), *layers, *additions),
-        notes=() if surface.asked else (UNASKED,),
+        notes=(*(() if surface.asked else (UNASKED,)), *doubt(results)),
     )
     return Found(report, model, surface, seen.placement, seen.anchor, seen.source)
+
+
+DOUBTFUL = 0.4
+"""Share of the surface that scanners should see, and looked through, from which on the model is doubted."""
+
+
+def doubt(results: Sequence[ElementResult]) -> tuple[str, ...]:
+    """That so much of the model is not there that it may be another building's, or another state's, if it is so."""
+    through = sum((r.looked_through or 0.0) * r.visible for r in results)
+    seen = through + sum(min(r.measured, r.visible) for r in results)
+    if through < DOUBTFUL * seen or not seen:
+        return ()
+    words = f"Scanners looked through {100 * through / seen:.0f} % of the model's surface that they should see: "
+    return (f"{words}is it the model of this building, in the state that was scanned, and in the right place?",)
 
 
 def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:

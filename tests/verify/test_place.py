@@ -4,8 +4,26 @@ from __future__ import annotations
 
 import pytest
 
+from scan2bim.verify.build import doubt
 from scan2bim.verify.ifc_model import MapConversion
 from scan2bim.verify.place import systems_note
+from scan2bim.verify.result import ElementResult
+
+
+def seen(measured: float, through: float) -> ElementResult:
+    """An element of 10 m2 that scanners should see."""
+    return ElementResult(
+        guid="w", ifc_class="IfcWall", name="w", storey="", status="missing", reason="", tolerance=0.01,
+        visible=10.0, measured=measured, looked_through=through,
+    )  # fmt: skip
+
+
+def test_a_model_of_which_much_is_not_there_is_doubted() -> None:
+    (note,) = doubt([seen(2.0, 0.8), seen(6.0, 0.4)])
+    assert "60 %" in note
+    assert doubt([seen(9.0, 0.1), seen(1.0, 0.2)]) == ()
+    assert doubt([]) == ()
+
 
 SCANS = "ETRS89 / UTM zone 32N (EPSG:25832)"
 
