@@ -4,9 +4,9 @@ Each WORK is the work folder of a conversion of a scene whose openings are told 
 closed door by 0.7 or more are right, each door counting once however many there are; those that overlap a closed door
 by 0.15 or any other by 0.5 are left out; the rest is wrong. Prints BIAS and WEIGHTS for ``openings/closed/score.py``.
 
-With ``--kept`` also KEPT: of other scenes, by the weights that stand there now, from the rectangles that are kept of
-those that overlap, where their sides have come to lie; and how often what is then taken for a door is one. The second
-half of these scenes is judged by what the first half gives.
+With ``--kept`` also SCALE and SHIFT: of other scenes, by the weights that stand there now, from the rectangles that are
+kept of those that overlap; and how often what is then taken for a door is one. The second half of these scenes is
+judged by what the first half gives.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from scan2bim.cloud.scene import load_scene
 from scan2bim.openings.build import near_walls
 from scan2bim.openings.closed.evidence import evidence_of
 from scan2bim.openings.closed.find import judged as judgement
-from scan2bim.openings.closed.find import kept, placed
+from scan2bim.openings.closed.find import kept
 from scan2bim.openings.closed.rectangles import Face, Rectangle, candidates
-from scan2bim.openings.closed.score import CLEAREST, SUREST, Features, features_of
+from scan2bim.openings.closed.score import SUREST, Features, features_of
 from scan2bim.structure.shapes import StructureShape, WallShape
 
 RIDGE = 0.3
@@ -66,10 +66,11 @@ def main() -> None:
     if options.kept:
         half = len(options.kept) // 2
         first, second = (joined_kept(part) for part in (options.kept[:half], options.kept[half:]))
-        told("by the first half", second, fitted(*first, RIDGE))
+        shift, scale = fitted(*first, RIDGE)
+        told(f"by the first half: SCALE, SHIFT = {scale:.2f}, {shift:.2f}", second, np.array([shift, scale]))
         every = np.concatenate([first[0], second[0]]), np.concatenate([first[1], second[1]])
-        weights = fitted(*every, RIDGE)
-        told(f"KEPT = {np.round(weights, 2).tolist()}", every, weights)
+        shift, scale = fitted(*every, RIDGE)
+        told(f"SCALE, SHIFT = {scale:.2f}, {shift:.2f}", every, np.array([shift, scale]))
 
 
 def told(name: str, sample: tuple[F64, NDArray[np.bool_]], weights: F64) -> None:
@@ -79,21 +80,19 @@ def told(name: str, sample: tuple[F64, NDArray[np.bool_]], weights: F64) -> None
 
 
 def joined_kept(scenes: Sequence[str]) -> tuple[F64, NDArray[np.bool_]]:
-    """1, the logarithm of the odds, foot and dominant (n, 4) of the rectangles kept in scenes, and whether they are
-    closed doors; those in the place of another door are left out.
+    """1 and the logarithm of the odds (n, 2) of the rectangles kept in scenes, and whether they are closed doors; those
+    in the place of another door are left out.
     """
-    rows: list[tuple[float, float, float, float]] = []
+    rows: list[tuple[float, float]] = []
     right: list[bool] = []
     for scene in scenes:
         for faces, true in walls_of(scene):
-            for door in placed(faces, kept([judgement(faces, box) for box in candidates(faces)], LEAST)):
+            for door in kept([judgement(faces, box) for box in candidates(faces)], 0.0):
                 best, state = max(((door.box.overlap(box), state) for _, box, state in true), default=(0.0, ""))
-                if state == "closed" or best < OTHER:
-                    odds = float(np.log(door.probability / (1 - door.probability)))
-                    told = features_of(list(door.evidence.values()), door.box)
-                    rows.append((1.0, min(max(odds, CLEAREST[0]), CLEAREST[1]), told.foot, told.dominant))
+                if door.probability > LEAST and (state == "closed" or best < OTHER):
+                    rows.append((1.0, float(np.log(door.probability / (1 - door.probability)))))
                     right.append(state == "closed" and best >= FOUND)
-    return np.array(rows).reshape(-1, 4), np.array(right, bool)
+    return np.array(rows).reshape(-1, 2), np.array(right, bool)
 
 
 def walls_of(scene: str) -> Iterator[tuple[list[Face], list[tuple[int, Rectangle, str]]]]:

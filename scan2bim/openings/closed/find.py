@@ -20,10 +20,8 @@ from scan2bim.openings.orthoimage import F64, PIXEL, Side, breaks_of, orthoimage
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.structure.shapes import SpaceShape, WallShape
 
-ACCEPTED = 0.5
-"""Confidence from which a rectangle is taken for a door."""
-LIKELY = 0.2
-"""Probability from which on its sides and head are looked for: below it none is accepted."""
+ACCEPTED = 0.6
+"""Confidence from which a rectangle is taken for a door: of those below it few are, in the scenes of the fit."""
 OUTLINED = 0.4
 """Share of an outline from which on a face is taken to show the door."""
 TALL_SIDES, SIDES_SHOWN = 0.5, 0.3
@@ -65,7 +63,7 @@ class ClosedDoor:
     @property
     def confidence(self) -> float:
         """The probability that it is right, if it is kept."""
-        return confidence(self.probability, features_of(list(self.evidence.values()), self.box))
+        return confidence(self.probability)
 
     @property
     def rank(self) -> float:
@@ -105,8 +103,7 @@ def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     found = [judged(faces, box) for box in candidates(faces)]
     headed = [d for d in found if not d.box.whole]
     tall = [_headed(faces, d, headed) for d in found if d.box.whole and is_tall_leaf(d)]
-    likely = placed(faces, kept([*headed, *tall], LIKELY))
-    return paired(faces, [d for d in kept(likely, LIKELY) if d.confidence >= ACCEPTED])
+    return paired(faces, placed(faces, kept([*headed, *tall])))
 
 
 def placed(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
@@ -117,7 +114,8 @@ def placed(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoo
         others = [d.box for d in doors if d is not door]
         low = max((o.right for o in others if o.right <= door.box.left), default=0.0)
         high = min((o.left for o in others if o.left >= door.box.right), default=length)
-        out.append(replace(judged(faces, fitted(faces, door.box, low, high)), probability=door.probability))
+        at = judged(faces, fitted(faces, door.box, low, high))
+        out.append(replace(at, probability=max(at.probability, door.probability)))
     return out
 
 
@@ -173,11 +171,11 @@ def head_of(tall: ClosedDoor, headed: Sequence[ClosedDoor]) -> ClosedDoor | None
     return max(found, key=lambda d: d.rank, default=None)
 
 
-def kept(doors: Sequence[ClosedDoor], least: float) -> list[ClosedDoor]:
-    """Of those that overlap the one that is surest and fits best, if its probability is ``least``."""
+def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoor]:
+    """Of those that overlap the one that is surest and fits best, if its confidence is ``least``."""
     apart: list[ClosedDoor] = []
     for door in sorted(doors, key=lambda d: -d.rank):
-        if door.probability >= least and all(_apart(door.box, k.box) for k in apart):
+        if door.confidence >= least and all(_apart(door.box, k.box) for k in apart):
             apart.append(door)
     return apart
 
