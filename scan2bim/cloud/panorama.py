@@ -23,7 +23,9 @@ UNSEEN = np.float32(0.0)
 NO_RETURN = np.float32(-1.0)
 RANGE_STEP = 0.002
 """Ranges are kept on disk in steps of 2 mm (uint16, so up to 131 m): below the noise of any scanner at any range."""
-
+ASLANT = 0.1
+"""Share by which inverse depths of neighbouring cells may differ from those of a plane: where in a cell of a third of a
+degree a pulse went blurs them by so much on floors that are seen at 3 degrees."""
 
 MOST_KEPT = 64 << 20
 """Bytes of ranges read from files that stay in memory: those of the stations round a place, not of the building."""
@@ -66,6 +68,16 @@ class Panorama:
     def ranges(self) -> F32:
         """Metres, (6, edge, edge)."""
         return _recent.ranges(self._source) if isinstance(self._source, tuple) else self._source
+
+    @property
+    def step(self) -> float:
+        """Angle, radians, between two pulses, or more where those are finer than the cells need."""
+        if not isinstance(self._source, tuple):
+            return 1.0 / self._source.shape[1]
+        with Path(self._source[0]).open("rb") as file:
+            np.load(file)
+            np.lib.format.read_magic(file)
+            return 1.0 / np.lib.format.read_array_header_1_0(file)[0][1]
 
     def save(self, path: Path) -> None:
         """Write position and uint16 ranges as numpy arrays, one after the other."""
@@ -222,6 +234,40 @@ def _agreeing(points, position, ranges, out):  # pyright: ignore
                 if abs(r - d) < 0.1 * d + 0.1:
                     alike += 1
         out[i] = alike / seen if seen > 0 else 1.0
+        if out[i] < 0.5:
+            out[i] = max(out[i], _aslant(ranges, f, a, b, d))
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _aslant(ranges, face, a, b, distance):  # pyright: ignore
+    """Share of the four lines of five cells through a cell along which what was seen lies in one plane with a point in
+    it, at a ``distance`` from the station: the inverse of the depth is linear over a side of the cube.
+    """
+    edge = ranges.shape[1]
+    planar = 0
+    if a < 2 or b < 2 or a > edge - 3 or b > edge - 3:
+        return 0.0
+    own = _stretch(a, b, edge) / distance
+    for step in range(4):
+        da, db = (1, 0) if step == 0 else (0, 1) if step == 1 else (1, 1) if step == 2 else (1, -1)
+        first, last = ranges[face, a - 2 * da, b - 2 * db], ranges[face, a + 2 * da, b + 2 * db]
+        if first <= 0.0 or last <= 0.0:
+            continue
+        low, high = _stretch(a - 2 * da, b - 2 * db, edge) / first, _stretch(a + 2 * da, b + 2 * db, edge) / last
+        fits = abs((low + high) / 2 - own) < ASLANT * own
+        for k in (-1, 1):
+            r = ranges[face, a + k * da, b + k * db]
+            w = _stretch(a + k * da, b + k * db, edge) / r if r > 0.0 else 0.0
+            fits &= abs(w - own - k * (high - low) / 4) < ASLANT * own
+        planar += fits
+    return planar / 4
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _stretch(a, b, edge):  # pyright: ignore
+    """Range along a cell's middle for each metre of depth along its side's axis."""
+    u, v = (2 * a + 1) / edge - 1, (2 * b + 1) / edge - 1
+    return np.sqrt(1 + u * u + v * v)
 
 
 def agreement(points: F32, station: NDArray[np.uint16], panoramas: Mapping[int, Panorama]) -> F32:

@@ -93,6 +93,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
             "files."
         )
     doubtful = layers_of(scene.doubtful, scene.stations)
+    steps = {number: panorama.step for number, panorama in scene.panoramas.items()}
     faces: list[Face] = []
     depths: list[float] = []
     seen: list[StoreyFaces] = []
@@ -102,7 +103,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         low, high = level.floor - DEEPEST, level.top + 0.2
         near = [p for p in scene.panoramas.values() if level.floor - 0.5 < p.position[2] < level.top + 0.5]
         slab = layers.between(scene.surfels, low, high)
-        plan = plan_of(level, scene.surfels, slab, scene.stations)
+        plan = plan_of(level, scene.surfels, slab, scene.stations, steps)
         walls = without_hanging(find_faces(plan), plan)
         below, main = stairs, main_direction(walls)
         above = levels[number + 1].floor if number + 1 < len(levels) else None

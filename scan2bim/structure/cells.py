@@ -55,6 +55,10 @@ BEHIND_GAP = 0.5
 """What a metre between two seen stretches speaks for wall behind it, of a metre of seen face: doors and windows."""
 BRIDGED = 0.6
 """What a metre between two seen stretches of one face counts, of a metre of seen face: walls go on in line."""
+OPEN, HALF_WALL = 0.3, 0.06
+"""Share of a stretch without a seen face that must have been looked through for no wall to go on there, and metres
+beside the face's line at which that is asked, too: in the middle of a partition.
+"""
 SCALE = 2000.0
 """Integer capacity per square metre of evidence in the graph cut."""
 F64 = NDArray[np.float64]
@@ -67,7 +71,8 @@ Span = tuple[float, float]
 class Cells:
     """``polygons`` (c,) shapely; ``edges`` (e, 2) the cells on both sides of an inner edge, ``ends`` (e, 2, 2) its end
     points; ``covered`` (e,) 0-1 how far a border there is expected: seen faces, and stretches between them; ``parted``
-    (e,) the share of it on which a face was seen; ``evidence`` (c,) square metres, positive for space.
+    (e,) the share of it on which a face was seen; ``hidden`` (e,) whether it lies between seen stretches of a face and
+    was not looked through, so that a wall may go on there; ``evidence`` (c,) square metres, positive for space.
     """
 
     polygons: NDArray[np.object_]
@@ -75,6 +80,7 @@ class Cells:
     ends: F64
     covered: F64
     parted: F64
+    hidden: NDArray[np.bool_]
     evidence: F64
 
 
@@ -166,8 +172,10 @@ def _ends_of(off: F64, along: F64) -> list[tuple[float, float, float]]:
     return [(float(along[0]), float(along[-1]), float(np.median(off)) - PLAN / 4)]
 
 
-def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> Cells:
-    """Cut the plan by the faces' lines and gather the evidence on cells and edges."""
+def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32], free: NDArray[np.bool_]) -> Cells:
+    """Cut the plan by the faces' lines and gather the evidence on cells and edges; ``free`` was looked through just
+    below the ceiling.
+    """
     spans = _spans(faces)
     polygons = _cells_between(faces, spans, CAP)
     if _left_out(polygons, plan, score) > LEAST_OPEN:
@@ -187,9 +195,22 @@ def cut_cells(plan: Plan, faces: Sequence[Face], score: NDArray[np.float32]) -> 
     back = np.minimum(1.0, WALL_DEPTH * length / np.maximum(shapely.area(polygons)[cell], 1e-9))
     behind = np.maximum(seen.right, BEHIND_GAP * seen.bridged_right)
     np.add.at(evidence, cell, SIDE * length * (seen.left - behind * back * seen.opaque))
-    parted = seen.either[pair[:, 0]]
-    covered = np.maximum(parted, BRIDGED * seen.bridged[pair[:, 0]])
-    return Cells(polygons, cell[pair], ends[pair[:, 0]], covered, parted, evidence)
+    parted, bridged, ends = seen.either[pair[:, 0]], seen.bridged[pair[:, 0]], ends[pair[:, 0]]
+    covered = np.maximum(parted, BRIDGED * bridged)
+    hidden = (bridged > 0.5) & (parted < 0.5) & (_open_share(ends, plan, free) < OPEN)
+    return Cells(polygons, cell[pair], ends, covered, parted, hidden, evidence)
+
+
+def _open_share(ends: F64, plan: Plan, free: NDArray[np.bool_]) -> F64:
+    """Share (e,) of edges (e, 2, 2) that was looked through, on them and at half a wall's depth on either side: the
+    least of the three.
+    """
+    way = ends[:, 1] - ends[:, 0]
+    normal = np.stack([-way[:, 1], way[:, 0]], 1) / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+    along = ends[:, None, 0] + way[:, None] * np.linspace(0.05, 0.95, 10)[:, None]
+    at = along[None] + normal[None, :, None] * np.array([-HALF_WALL, 0.0, HALF_WALL])[:, None, None, None]
+    pixel = np.clip(plan.grid.pixel_of(at), 0, np.array(free.shape[::-1]) - 1)
+    return free[pixel[..., 1], pixel[..., 0]].mean(2).min(0)
 
 
 def _cells_between(faces: Sequence[Face], spans: Sequence[Span], cap: float) -> NDArray[np.object_]:

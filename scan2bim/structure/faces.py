@@ -20,6 +20,7 @@ from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
 from scan2bim.structure.plan import SAME_LEVEL, Columns, Plan
 from scan2bim.structure.runs import grow, local_lines
 from scan2bim.structure.steps import EVEN, LONG_ENOUGH, TURNED, mod_quarter, parallel_lines, turn_to, turned
+from scan2bim.structure.strays import with_strays
 from scan2bim.structure.strips import ceiling_on
 
 FEWEST_BINS = 4
@@ -104,7 +105,8 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
         if f.tall >= min(0.4, 0.5 * f.length)
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
-    faces = without_furniture(plan, _square_up(columns, faces))
+    faces = with_strays(columns, _square_up(columns, faces), columns.high >= 3)
+    faces = without_furniture(plan, faces)
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
     faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))

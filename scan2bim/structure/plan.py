@@ -5,6 +5,7 @@ Pixels are the surfels' plan columns of 5 cm.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import cv2
@@ -16,6 +17,7 @@ from shapely.geometry import Polygon
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.geometry.raster import closed, nearest_of, opened
 from scan2bim.structure.columns import FLUSH, HIGH, Columns, Grid, gather_columns, over_soffits, pixels_at
+from scan2bim.structure.slants import angles_of, level_over, with_gaps
 from scan2bim.structure.storeys import HEADROOM, Layers, StoreyLevels, standing_and_hanging
 
 SOFFIT = 13
@@ -87,8 +89,12 @@ class Plan:
         return self.grid.origin
 
 
-def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F64) -> Plan:
-    """Rasters of one storey. ``stations`` (s, 3) local positions by station number, nan where unknown."""
+def plan_of(
+    levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F64, steps: Mapping[int, float] | None = None
+) -> Plan:
+    """Rasters of one storey. ``stations`` (s, 3) local positions by station number, nan where unknown; ``steps`` the
+    angle (radians) between the pulses of stations.
+    """
     height = surfels.xyz[layers.order, 2].astype(np.float64)
     here = layers.pick(np.flatnonzero((height > levels.floor - 0.3) & (height < levels.top + 0.1)))
     xyz = surfels.xyz[here.order].astype(np.float64)
@@ -98,13 +104,17 @@ def plan_of(levels: StoreyLevels, surfels: Surfels, layers: Layers, stations: F6
     shape = tuple(np.ceil((high - origin) / PLAN).astype(int)[::-1] + 4)
     pixel = pixels_at(xyz, origin)
     standing, _ = standing_and_hanging(here)
-    floor = _mask(pixel[standing & (np.abs(z - levels.floor) < 0.08)], shape)
-    hollow = (here.below > LOWEST_CEILING) & np.isfinite(here.below) & (z < levels.top - 0.02)
+    on_floor = np.flatnonzero(standing & (np.abs(z - levels.floor) < 0.08))
+    eyes, angles = _eyes(surfels, here, stations), angles_of(surfels, here, steps or {})
+    floor = _mask(pixels_at(with_gaps(xyz[on_floor], eyes[on_floor], angles[on_floor], origin, shape), origin), shape)
+    over_floor = np.isfinite(here.below) | level_over(floor, pixel, z, here, levels.ceiling)
+    hollow = (here.below > LOWEST_CEILING) & over_floor & (z < levels.top - 0.02)
     at = np.flatnonzero(hollow & (z > levels.floor + LOWEST_CEILING))
     at = at[_overhead(pixel[at], xyz[at], here.pick(at), surfels, stations, shape)]
-    ceiling, ceiling_z, soffit, found = _ceiling(pixel[at], xyz[at], shape)
+    over = with_gaps(xyz[at], eyes[at], angles[at], origin, shape)
+    ceiling, ceiling_z, soffit, found = _ceiling(pixels_at(over, origin), over, shape)
     bare = np.flatnonzero(np.isinf(here.below) & (z > levels.floor + LOWEST_CEILING) & (z < levels.top - 0.02))
-    bare = bare[_eyes(surfels, here.pick(bare), stations)[:, 2] < z[bare]]
+    bare = bare[eyes[bare, 2] < z[bare]]
     ceiling, ceiling_z = _over_furniture(ceiling, ceiling_z, _lowest(pixel[bare], z[bare], shape))
     things = np.zeros_like(floor)
     if ceiling.sum() <= ROOFED * floor.sum():

@@ -8,11 +8,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.geometry.graphs import connected_parts
 from scan2bim.geometry.polygons import polygons_of
-from scan2bim.structure.cells import Cells, cut_cells, edge_faces, gaps, label_cells, space_evidence
+from scan2bim.structure.cells import THIN, Cells, cut_cells, edge_faces, gaps, label_cells, space_evidence
 from scan2bim.structure.faces import Face, main_direction
 from scan2bim.structure.free_space import looked_through
 from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
@@ -39,8 +40,10 @@ UNDER_CEILING = 0.2
 """Distance, metres, from the ceiling at which free space is asked for: above doors and windows."""
 PASSAGE = 0.5
 """Width, metres, below which nobody walks from one part of a space to another: the narrowest doors have 60 cm."""
-LEAST_ROOM = 2.0
-"""Area, square metres, of the smallest part that is a space of its own behind such a neck."""
+LEAST_ROOM, WIDTH = 2.0, 0.9
+"""Area, square metres, of the smallest part that is a space of its own behind such a neck, or behind a wall of which
+that stretch was not seen; and the width, metres, of one: more than that of cupboards.
+"""
 
 
 def find_spaces(
@@ -57,9 +60,9 @@ def find_spaces(
     plan = without_soffits(without_strips(plan, lintels), [gap for f in kept for gap in gaps(f, plan)])
     score = space_evidence(plan, free)
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
-    cells = cut_cells(plan, [*kept, *edges], score)
+    cells = cut_cells(plan, [*kept, *edges], score, free)
     inside = label_cells(cells)
-    spaces = _merged(cells, inside, ENCLOSED if not plan.ceiling.any() else np.inf)
+    spaces = _merged(cells, inside, ENCLOSED if not plan.ceiling.any() else np.inf, bool(free.any()))
     return tuple(_filled(space, kept) for space in spaces), tuple(lintels)
 
 
@@ -80,11 +83,11 @@ def _free_above(plan: Plan, panoramas: Sequence[Panorama]) -> NDArray[np.bool_]:
     return looked_through(plan.origin, plan.floor.shape, panoramas, height)
 
 
-def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float) -> tuple[Polygon, ...]:
+def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float, hidden: bool) -> tuple[Polygon, ...]:
     """Union of neighbouring space cells without what is too small or narrow to stand in, tiny holes filled; without
-    enough evidence only where walls were seen on that much of the border.
+    enough evidence only where walls were seen on that much of the border. ``hidden``: as for ``joined``.
     """
-    label = joined(cells, inside)
+    label = joined(cells, inside, hidden)
     spaces: list[Polygon] = []
     for number in np.unique(label[inside]):
         members = inside & (label == number)
@@ -99,12 +102,37 @@ def _merged(cells: Cells, inside: NDArray[np.bool_], enclosed: float) -> tuple[P
     return tuple(sorted(spaces, key=lambda p: -p.area))
 
 
-def joined(cells: Cells, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+def joined(cells: Cells, inside: NDArray[np.bool_], hidden: bool = False) -> NDArray[np.int64]:
     """The part (c,) that each cell belongs to: cells inside are one where no face was seen between them. A border of a
     slit's width in all joins no two rooms, but what is too small for a room goes with the neighbour that it borders on
     most: lines that nearly coincide leave slivers.
+
+    If walls may be ``hidden``, a face that was seen beside a border goes on there, where it parts two rooms; a strip
+    as thin as a wall between two such borders stays apart.
     """
     between = inside[cells.edges].all(1) & (cells.parted < 0.5)
+    label = _joined_over(cells, between & ~(cells.hidden & hidden))
+    edges = cells.edges[between & cells.hidden & hidden]
+    while True:
+        pair = np.sort(label[edges], axis=1)
+        pairs, count = np.unique(pair[pair[:, 0] != pair[:, 1]], axis=0, return_counts=True)
+        parts = {int(k): shapely.union_all(cells.polygons[label == k], grid_size=1e-6) for k in np.unique(pairs)}
+        walls = [k for k, part in parts.items() if part.buffer(-THIN[1] / 2, join_style="mitre").is_empty]
+        small = [k for k, part in parts.items() if not _is_room(part) and k not in walls]
+        goes = np.isin(pairs, small).any(1) & ~np.isin(pairs, walls).any(1)
+        if not goes.any():
+            return label
+        first, second = pairs[int(np.argmax(np.where(goes, count, 0)))]
+        label = np.where(label == second, first, label)
+
+
+def _is_room(part: BaseGeometry) -> bool:
+    """Whether a part is as large and wide as a room: less is what stands before a wall, and what is behind it."""
+    return part.area > LEAST_ROOM and not part.buffer(-WIDTH / 2, join_style="mitre").is_empty
+
+
+def _joined_over(cells: Cells, between: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The part (c,) that each cell belongs to, of those joined over some of the edges (e,)."""
     edges, length = cells.edges[between], np.linalg.norm(cells.ends[between, 1] - cells.ends[between, 0], axis=1)
     area = shapely.area(cells.polygons)
     label = connected_parts(len(area), edges[length > 2 * SLIT])

@@ -193,9 +193,13 @@ def _over_gaps(runs: list[I64], tread: I64, height: F64, xy: F64) -> list[I64]:
 
 
 def _from_floor(height: F64) -> tuple[float, float] | None:
-    """Riser and height, metres, of the first of a run's treads if it starts at the floor."""
+    """Riser and height, metres, of the first of a run's treads if it starts at the floor: those that most pairs of
+    treads tell, for something else may stand beside them.
+    """
     number = np.rint((height - height.min()) / _riser(height))
-    riser, first = np.polyfit(number, height, 1)
+    apart = number[:, None] - number
+    riser = float(np.median((height[:, None] - height)[apart > 0] / apart[apart > 0]))
+    first = float(np.median(height - number * riser))
     return (riser, first) if LEAST_RISER < riser < MOST_RISER and first <= 1.5 * riser else None
 
 

@@ -112,7 +112,7 @@ def test_slivers_go_with_the_room_that_they_border_on_and_join_no_two() -> None:
     ends = np.array([[[4, 0], [4, 0.04]], [[4.05, 0], [4.05, 0.04]], [[4.1, 0], [4.1, 0.04]]])
     edges = np.array([[0, 2], [2, 3], [3, 1]])
     bare = np.zeros(3)
-    cells = Cells(np.array(rooms, object), edges, ends, bare, bare, np.ones(4))
+    cells = Cells(np.array(rooms, object), edges, ends, bare, bare, bare > 0, np.ones(4))
     label = joined(cells, np.ones(4, bool))
     assert label[0] != label[1]
     assert set(label[2:]) <= {label[0], label[1]}
