@@ -1,4 +1,4 @@
-"""Floors and ceilings seen at a slant: pulses meet them far apart, and what lies between is as much floor or ceiling."""
+"""Floors and ceilings seen at a slant: pulses meet them far apart, and between lies as much floor or ceiling."""
 
 from __future__ import annotations
 
