@@ -115,6 +115,19 @@ def test_lone_points_behind_a_pane_do_not_agree_and_walls_do() -> None:
     assert (share[: len(wall)] >= 0.5).mean() > 0.999
 
 
+def test_a_floor_agrees_where_neighbouring_pulses_meet_it_metres_apart_and_what_hangs_over_it_does_not() -> None:
+    fall, turn = np.meshgrid(np.arange(0.02, 1.2, 0.006), np.arange(-0.4, 0.4, 0.006))
+    ray = np.column_stack([np.cos(turn.ravel()), np.sin(turn.ravel()), -np.tan(fall.ravel())])
+    floor = (ray * (0.8 / np.tan(fall.ravel()))[:, None] + EYE).astype(np.float32)
+    far = np.flatnonzero((floor[:, 0] > 11) & (floor[:, 0] < 13) & (np.abs(turn.ravel()) < 0.3))
+    lone = far[:: len(far) // 5]
+    seen = floor.copy()
+    seen[lone] = EYE + (floor[lone] - EYE) * 0.6
+    share = agreement(seen, np.zeros(len(seen), np.uint16), {0: panorama_of(seen, edge=166)})
+    assert (share[np.setdiff1d(far, lone)] >= 0.5).mean() > 0.8
+    assert share[lone].max() < 0.5
+
+
 def test_points_of_an_unknown_station_are_believed() -> None:
     wall, lone, panorama = wall_and_lone_points()
     points = np.concatenate([wall, lone])

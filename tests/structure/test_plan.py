@@ -116,3 +116,13 @@ def test_slivers_go_with_the_room_that_they_border_on_and_join_no_two() -> None:
     label = joined(cells, np.ones(4, bool))
     assert label[0] != label[1]
     assert set(label[2:]) <= {label[0], label[1]}
+
+
+def test_a_wall_hidden_between_seen_stretches_parts_two_rooms_and_no_cupboard_from_its_room() -> None:
+    ends = np.array([[[4, 0], [4, 4]]], float)
+    bare = np.zeros(1)
+    for east, parts in (8.0, 2), (4.6, 1):
+        rooms = np.array([box(0, 0, 4, 4), box(4, 0, east, 4)], object)
+        cells = Cells(rooms, np.array([[0, 1]]), ends, bare, bare, bare == 0, np.ones(2))
+        assert len(np.unique(joined(cells, np.ones(2, bool), hidden=True))) == parts
+        assert len(np.unique(joined(cells, np.ones(2, bool), hidden=False))) == 1

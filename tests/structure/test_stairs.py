@@ -113,6 +113,13 @@ def test_a_stair_of_which_middle_treads_are_hidden_is_one(
     assert (stair.kind, stair.risers, stair.top) == (kind, 15, 2.85)
 
 
+def test_a_thing_beside_a_flight_does_not_keep_it_from_what_goes_on_behind_hidden_treads() -> None:
+    treads = [t for k, t in enumerate(half_turn(15, 0.19)) if k not in (5, 6, 7)]
+    last = treads[4]
+    thing = np.array([[last[:, 0].min() - 0.08, y, last[0, 2] + 0.145] for y in np.arange(1.2, 1.5, 0.05)])
+    assert [(s.kind, s.risers) for s in stairs_among([*treads, thing], 2.85)] == [("winding", 15)]
+
+
 def test_shelves_above_a_stair_at_other_heights_do_not_go_on_with_it() -> None:
     shelves = [level(3.2, 1 + 0.3 * k, 3.5, 1.3 + 0.3 * k, 1.35 + 0.21 * k) for k in range(4)]
     (stair,) = stairs_among([*half_turn(15, 0.19)[:6], *shelves], 2.85)
