@@ -216,11 +216,11 @@ def _through(wall: WallShape, shape: tuple[int, int], panoramas: Mapping[int, Pa
         seen = panorama.ranges, np.float32(1.0 + (half + 0.05) / reach), np.float32(reach * STEEPEST)
         looked = np.zeros(coarse, np.bool_)
         looked[:, here] = _looked_through(near, place, *seen, outer).reshape(coarse[0], -1)
-        answered |= looked
         before = abs(away) - half
         if before < 0.0:
             looked |= _round_about(points, panorama, normal, away, half, outer).reshape(coarse)
             entered |= looked
+        answered |= looked
         if outer and before > NEAREST and here.stop > here.start and not is_virtual((number,)):
             looked[:, here] |= holes(panorama, start, direction, wall.base, here, coarse[0], step)
         through += looked
