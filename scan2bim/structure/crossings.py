@@ -57,6 +57,10 @@ NEAR_BOUND = 0.1
 """Metres before and behind the bounds of a thickness within which rays tell how many would have crossed between."""
 MOST = 0.9
 """Share of the most jambs that agree, that still agree."""
+SHARP = 0.15
+"""Metres between the least and the greatest thickness that a jamb allows, up to which it tells one."""
+SEVERAL, SEVERAL_OF = 2, 0.3
+"""Jambs that tell a thickness at least, and as a share of those that tell the most frequent one."""
 STRAY = 0.04
 """Share of rays that a pane mirrors or that meet something else: they contradict any thickness."""
 MOST_WRONG = 0.2
@@ -103,15 +107,24 @@ class Crossings:
 def agreed(jambs: Sequence[Crossings]) -> tuple[float, float, float]:
     """Least, likely and greatest thickness (metres; 0 and inf where nothing bounds it) that nearly as many of some
     jambs allow as any; nothing is agreed where no more than half of them do.
+
+    A frame hides the reveal behind it, and then rays tell its outer side for the wall's: so of thicknesses that several
+    jambs tell each, the greatest counts, and those that tell less contradict it no more.
     """
     told = [jamb for jamb in jambs if jamb.bounds() != (0.0, np.inf)]
     allowed = np.array([jamb.bounds() for jamb in told]).reshape(-1, 2)
     ends = np.unique(allowed)
-    votes = ((allowed[:, 0] <= ends[:-1, None]) & (allowed[:, 1] >= ends[1:, None])).sum(1)
-    if 2 * votes.max(initial=0) <= len(allowed):
+    voters = (allowed[:, 0] <= ends[:-1, None]) & (allowed[:, 1] >= ends[1:, None])
+    votes = voters.sum(1)
+    sharp = (voters & (allowed[:, 0] > 0) & (allowed[:, 1] < allowed[:, 0] + SHARP)).sum(1)
+    several = np.flatnonzero(sharp >= max(SEVERAL, SEVERAL_OF * sharp.max(initial=0)))
+    best = int(several[-1]) if len(several) else int(np.argmax(votes)) if len(votes) else 0
+    while len(several) and best > 0 and votes[best - 1] >= votes[best]:
+        best -= 1
+    framed = int((allowed[:, 1] <= ends[best]).sum()) if len(several) else 0
+    if not len(votes) or 2 * (votes[best] + framed) <= len(allowed):
         return 0.0, np.inf, np.inf
-    few = np.flatnonzero(votes < MOST * votes.max())
-    best = int(np.argmax(votes))
+    few = np.flatnonzero(votes < MOST * votes[best])
     low = float(ends[few[few < best].max(initial=-1) + 1])
     high = float(ends[few[few > best].min(initial=len(votes))])
     near = (allowed[:, 0] > 0) & np.isfinite(allowed[:, 1]) & (allowed[:, 0] < high) & (allowed[:, 1] > low)

@@ -87,6 +87,13 @@ def test_what_most_jambs_allow_is_agreed() -> None:
     assert agreed([told(0.05, 0.08), told(0.28, 0.34)]) == (0.0, np.inf, np.inf)
 
 
+def test_frames_that_hide_reveals_do_not_make_a_wall_thin() -> None:
+    framed, bare = [told(0.08, 0.11), told(0.09, 0.12), told(0.085, 0.115)], [told(0.185, 0.21), told(0.19, 0.22)]
+    low, likely, high = agreed([*framed, *bare])
+    assert 0.18 < low < likely < high < 0.225
+    assert agreed([*framed, told(0.5, 0.54)])[2] < 0.13
+
+
 HALL = box(0, 0, 6, 4)
 FIRST, SECOND = np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([[6.0, 0.0], [6.0, 4.0]])
 
