@@ -32,6 +32,7 @@ from scan2bim.openings.kinds import (
     solid,
     wall_above,
 )
+from scan2bim.openings.mullions import without_mullions
 from scan2bim.openings.shapes import OpeningShape
 from scan2bim.openings.sides import Sides, sides_of
 from scan2bim.openings.wall_image import PIXEL, Box, WallImage, answered, part
@@ -91,7 +92,7 @@ def find_open(storey: int, number: int, wall: WallShape, image: WallImage) -> li
     found = _found(storey, number, wall, answered(image))
     if image.lost.any():
         found = _completed(found, _found(storey, number, wall, image))
-    return [opening for opening, _ in found]
+    return without_mullions([opening for opening, _ in found], image)
 
 
 def _found(storey: int, number: int, wall: WallShape, image: WallImage) -> list[Seen]:
