@@ -57,6 +57,10 @@ NEAR_BOUND = 0.1
 """Metres before and behind the bounds of a thickness within which rays tell how many would have crossed between."""
 MOST = 0.9
 """Share of the most jambs that agree, that still agree."""
+CLOSEST = 0.03
+"""Metres between these bounds from which on fewer make a jamb no surer: where it is, and what stands before it, tell no
+more.
+"""
 SHARP = 0.15
 """Metres between the least and the greatest thickness that a jamb allows, up to which it tells one."""
 SEVERAL, SEVERAL_OF = 2, 0.3
@@ -130,7 +134,7 @@ def agreed(jambs: Sequence[Crossings]) -> tuple[float, float, float]:
     near = (allowed[:, 0] > 0) & np.isfinite(allowed[:, 1]) & (allowed[:, 0] < high) & (allowed[:, 1] > low)
     if not near.any():
         return low, low, high
-    weights = 1 / np.maximum(np.diff(allowed[near]).ravel(), BIN) ** 2
+    weights = 1 / np.maximum(np.diff(allowed[near]).ravel(), CLOSEST) ** 2
     likely = [jamb.likely() for jamb, here in zip(told, near, strict=True) if here]
     return low, float(np.average(likely, weights=weights)), high
 

@@ -243,12 +243,12 @@ def test_pulses_that_a_dark_curtain_swallowed_do_not_widen_a_window_whose_side_w
     assert find_open(0, 0, wall, found)[0].width > WINDOW[1] - WINDOW[0] + 0.2
 
 
-<<<<<<< HEAD
 def test_a_part_of_a_glass_front_is_no_window() -> None:
     beside = [(WINDOW[1], WINDOW[1] + 0.4, 0.0, HEIGHT)]
     assert found_in([WINDOW], reveals(WINDOW), through=[clear(WINDOW)])
     assert not found_in([WINDOW], reveals(WINDOW), through=[clear(WINDOW), *beside])
-=======
+
+
 @pytest.mark.parametrize(("depth", "number"), [(0.0, 2), (0.015, 1), (0.06, 1)])
 def test_windows_that_a_mullion_parts_are_one_and_such_that_a_pier_parts_are_two(depth: float, number: int) -> None:
     holes = [(1.0, 1.96, 0.9, 2.1), (2.04, 3.0, 0.9, 2.1)]
@@ -258,4 +258,3 @@ def test_windows_that_a_mullion_parts_are_one_and_such_that_a_pier_parts_are_two
     assert max(o.offset + o.width for o in found) == pytest.approx(3.0, abs=0.02)
     if number == 1:
         assert found[0].width == pytest.approx(2.0, abs=0.03) and found[0].bars == pytest.approx((2.0,), abs=0.02)
->>>>>>> 22a12ef (Windows that a mullion parts are one: what stands between them stands back behind the wall's face)
