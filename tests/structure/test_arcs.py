@@ -33,8 +33,8 @@ def plan_with(xy: F64, towards: F64, noise: float = 0.003) -> Plan:
     n = len(first)
     ones = np.ones(n, np.int64)
     columns = Columns(
-        pixel[first], xy[first], 25 * ones, 4 * ones, 9 * ones, towards[first], 99 * ones, ones.astype(np.uint16),
-        np.full((n, 3), 200.0),
+        pixel[first], xy[first], 25 * ones, 4 * ones, 9 * ones, np.zeros(n), towards[first], 99 * ones,
+        ones.astype(np.uint16), np.full((n, 3), 200.0),
     )  # fmt: skip
     flat, mask = np.full((260, 260), CLEAR, np.float32), np.ones((260, 260), np.uint8)
     where = np.zeros((260, 260, 2), np.float32)

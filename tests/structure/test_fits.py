@@ -18,7 +18,9 @@ def columns(places: Sequence[tuple[float, float, int, int]]) -> Columns:
     xy = np.array([place[:2] for place in places])
     points, bins = (np.array([place[k] for place in places], np.int64) for k in (2, 3))
     none, zero = np.zeros(n, np.int64), np.zeros((n, 2))
-    return Columns(none.reshape(-1, 1).repeat(2, 1), xy, bins, bins, none, zero, points, none.astype(np.uint16), zero)
+    return Columns(
+        none.reshape(-1, 1).repeat(2, 1), xy, bins, bins, none, np.zeros(n), zero, points, none.astype(np.uint16), zero
+    )
 
 
 def face(count: int) -> Face:

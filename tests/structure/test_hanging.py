@@ -25,7 +25,16 @@ def hall(floor: NDArray[np.uint8]) -> Plan:
     low = np.repeat([0, 8], 16)
     pairs, none = np.zeros((32, 2)), np.zeros(32, np.int64)
     columns = Columns(
-        pairs.astype(np.int64), pairs, low + 6, none + 4, low, pairs, none, none.astype(np.uint16), np.zeros((32, 3))
+        pairs.astype(np.int64),
+        pairs,
+        low + 6,
+        none + 4,
+        low,
+        np.zeros(32),
+        pairs,
+        none,
+        none.astype(np.uint16),
+        np.zeros((32, 3)),
     )
     z = np.full(floor.shape, 2.6, np.float32)
     levels, grid = StoreyLevels(0.0, 0.001, 2.6, 2.6, 24.0), Grid(np.zeros(2), z.astype(np.float64), 0.0)
