@@ -52,6 +52,8 @@ BOUNDED = 0.2
 """Metres between these, within which the likely thickness is nearer the truth than an assumed one that they exclude."""
 FEWEST_JAMBS = 2
 """Jambs that tell what is usual in a building or storey."""
+FEWEST_WINDOWED, WINDOWED = 2, 0.3
+"""Walls with windows round a court, and their share of the length of its walls: a room behind has a hatch in one."""
 THINNEST, THICKEST = 0.05, 0.6
 """Thicknesses, metres, that rays can tell: less is what lies behind panes, more a shaft or a terrace."""
 ROUNDED = 0.005
@@ -154,7 +156,8 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     """The walls of which one face was seen, storey by storey; outer ones are ``least`` metres thick where rays tell
     nothing in the whole building.
     """
-    plain = [OneFaced(least, partition_of(s.axes), built_over(storeys[k:])) for k, s in enumerate(storeys)]
+    every = [face for storey in storeys for face in storey.faces]
+    plain = [OneFaced(least, partition_of(s.axes), built_over(storeys[k:], every)) for k, s in enumerate(storeys)]
     outer = [[f for f in s.faces if p.is_outer(f.ends)] for s, p in zip(storeys, plain, strict=True)]
     building = _usual([face for faces in outer for face in faces], Told(OUTER, None), Told(least, None))
     out: list[OneFaced] = []
@@ -167,16 +170,24 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     return out
 
 
-def built_over(storeys: Sequence[StoreyFaces]) -> BaseGeometry:
+def built_over(storeys: Sequence[StoreyFaces], faces: Sequence[SoleFace]) -> BaseGeometry:
     """What the lowest of some storeys takes up: its own outline, and what the others stand over, without the courts
-    that windows look into.
+    that windows in the ``faces`` of any storey look into.
     """
     whole = shapely.union_all([outline_of(storey.spaces) for storey in storeys])
     rooms = shapely.union_all([space for storey in storeys for space in storey.spaces])
     unknown = polygons_of(whole.difference(rooms.buffer(BEHIND[0] - ON_LINE)))
-    views = [_behind(face.ends) for storey in storeys for face in storey.faces if face.sill]
-    courts = [u for u in unknown if any(shapely.contains_xy(u, v[..., 0], v[..., 1]).mean() > 0.5 for v in views)]
+    courts = [part for part in unknown if _is_court(part, faces)]
     return whole.difference(shapely.union_all(courts))
+
+
+def _is_court(part: Polygon, faces: Sequence[SoleFace]) -> bool:
+    """Whether windows look into a part of a storey that nobody entered from several of the walls beside it."""
+    views = [(face, _behind(face.ends)) for face in faces]
+    beside = [face for face, v in views if shapely.contains_xy(part, v[..., 0], v[..., 1]).mean() > 0.5]
+    lengths = np.array([np.linalg.norm(face.ends[1] - face.ends[0]) for face in beside])
+    with_windows = np.array([face.sill for face in beside], np.bool_)
+    return with_windows.sum() >= FEWEST_WINDOWED and lengths[with_windows].sum() > WINDOWED * lengths.sum()
 
 
 def outline_of(spaces: Sequence[Polygon]) -> BaseGeometry:

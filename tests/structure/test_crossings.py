@@ -163,6 +163,10 @@ def test_a_court_that_windows_look_into_is_no_part_of_the_storey() -> None:
     partition = Axis(np.array([3.0, 0.0]), np.array([3.0, 4.0]), 0.12, True, frozenset({0}), frozenset({1}))
     (blind,) = one_faced([StoreyFaces(wings, [partition], [SoleFace(into_court, ())])], OUTER)
     assert blind.behind(into_court) == (0.12, None)
-    (seen,) = one_faced([StoreyFaces(wings, [partition], [SoleFace(into_court, (), sill=True)])], OUTER)
+    other, south = np.array([[4.0, 9.0], [4.0, 4.3]]), np.array([[4.0, 4.0], [2.0, 4.0]])
+    windowed = [SoleFace(into_court, (), sill=True), SoleFace(other, (), sill=True)]
+    (seen,) = one_faced([StoreyFaces(wings, [partition], windowed)], OUTER)
     assert seen.behind(into_court) == (OUTER, None)
-    assert seen.behind(np.array([[4.0, 9.0], [4.0, 4.3]])) == (OUTER, None)
+    assert seen.behind(south) == (OUTER, None)
+    (room,) = one_faced([StoreyFaces(wings, [partition], [windowed[0], SoleFace(other, ())])], OUTER)
+    assert room.behind(other) == (0.12, None)
