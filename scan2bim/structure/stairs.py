@@ -35,6 +35,8 @@ SMALLEST_TREAD = 0.015
 """Area seen, square metres, of the smallest tread: the edge of one."""
 LARGEST_TREAD = 3.0
 """Area, square metres, of the largest: a landing."""
+EVEN, MOST_EVEN = 0.03, 0.7
+"""Metres by which a tread may lie off an even climb, and the share of them that do not: things have any height."""
 LEAST_RISER, MOST_RISER = 0.13, 0.23
 """Heights, metres, that a riser can have, with the noise of seeing it."""
 FEWEST_TREADS = 5
@@ -200,7 +202,9 @@ def _from_floor(height: F64) -> tuple[float, float] | None:
     apart = number[:, None] - number
     riser = float(np.median((height[:, None] - height)[apart > 0] / apart[apart > 0]))
     first = float(np.median(height - number * riser))
-    return (riser, first) if LEAST_RISER < riser < MOST_RISER and first <= 1.5 * riser else None
+    even = float((np.abs(height - first - number * riser) < EVEN).mean())
+    rises = LEAST_RISER < riser < MOST_RISER and even > MOST_EVEN
+    return (riser, first) if rises and first <= 1.5 * riser else None
 
 
 def _goes_on(

@@ -176,3 +176,11 @@ def test_things_a_riser_apart_round_other_things_are_no_stair() -> None:
     ring = [level(x - 0.2, y - 0.2, x + 0.2, y + 0.2, 0.19 * (k + 1)) for k, (x, y) in enumerate(places)]
     assert len(stairs_among(ring, 2.85)) == 1
     assert not stairs_among([*ring, level(1.6, 1.6, 3.4, 3.4, 0.1)], 2.85)
+
+
+def test_things_that_rise_unevenly_in_a_row_are_no_stair() -> None:
+    even = [level(1.0, 0.28 * k, 1.9, 0.28 * (k + 1), 0.18 * (k + 1)) for k in range(9)]
+    (stair,) = stairs_among(even, 3.0)
+    assert stair.risers >= 9
+    heights = [0.18, 0.41, 0.55, 0.78, 0.94, 1.11, 1.32, 1.49, 1.68]
+    assert not stairs_among([level(1.0, 0.28 * k, 1.9, 0.28 * (k + 1), z) for k, z in enumerate(heights)], 3.0)
