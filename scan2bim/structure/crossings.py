@@ -118,15 +118,19 @@ def agreed(jambs: Sequence[Crossings]) -> tuple[float, float, float]:
     told = [jamb for jamb in jambs if jamb.bounds() != (0.0, np.inf)]
     allowed = np.array([jamb.bounds() for jamb in told]).reshape(-1, 2)
     ends = np.unique(allowed)
+    if len(ends) < 2:
+        return 0.0, np.inf, np.inf
     voters = (allowed[:, 0] <= ends[:-1, None]) & (allowed[:, 1] >= ends[1:, None])
     votes = voters.sum(1)
     sharp = (voters & (allowed[:, 0] > 0) & (allowed[:, 1] < allowed[:, 0] + SHARP)).sum(1)
-    several = np.flatnonzero(sharp >= max(SEVERAL, SEVERAL_OF * sharp.max(initial=0)))
-    best = int(several[-1]) if len(several) else int(np.argmax(votes)) if len(votes) else 0
-    while len(several) and best > 0 and votes[best - 1] >= votes[best]:
-        best -= 1
-    framed = int((allowed[:, 1] <= ends[best]).sum()) if len(several) else 0
-    if not len(votes) or 2 * (votes[best] + framed) <= len(allowed):
+    several = np.flatnonzero(sharp >= max(SEVERAL, SEVERAL_OF * sharp.max()))
+    best, framed = int(np.argmax(votes)), 0
+    if len(several):
+        best = int(several[-1])
+        while best > 0 and votes[best - 1] >= votes[best]:
+            best -= 1
+        framed = int((allowed[:, 1] <= ends[best]).sum())
+    if 2 * (votes[best] + framed) <= len(allowed):
         return 0.0, np.inf, np.inf
     few = np.flatnonzero(votes < MOST * votes[best])
     low = float(ends[few[few < best].max(initial=-1) + 1])
