@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from scan2bim.openings.closed.edges import SIGMAS, Edge, moved
+from scan2bim.openings.closed.edges import LAP, SIGMAS, Edge, moved
 from scan2bim.openings.closed.rectangles import Face, Rectangle
-from scan2bim.openings.closed.reveals import behind_trims
+from scan2bim.openings.closed.reveals import LINED, behind_trims
 from scan2bim.openings.closed.windows import known_values, level, share_known, share_near, window
-from scan2bim.openings.door_linings import flush_lining
+from scan2bim.openings.door_linings import faint_lining, is_plain, seen_lining
+from scan2bim.openings.door_trims import trim_setback
 from scan2bim.openings.leaves import WIDEST
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.shapes import OpeningShape
@@ -29,6 +30,14 @@ EVEN = 0.012
 """Metres from its plane within which a panel's points lie: fillings of a frame are recessed."""
 SOLID, SEEN = 0.8, 0.5
 """Share of what was seen between those heights that lies in one plane, and share that was seen."""
+FLAT = np.radians(145)
+"""Angle from which on what seems to be a leaf lies flat against the wall, as boards and cupboards do."""
+FRAME, DEEP = (0.015, 0.06), 0.01
+"""Distances inwards from a jamb, metres, between which a frame within the wall shows, and depth behind the wall's faces
+from which on.
+"""
+FOOT, PIECE, FRAMED = 0.15, 0.1, 0.5
+"""Height, metres, above thresholds; length of a jamb's pieces, and share of them in which a frame shows."""
 PROUD = 0.02
 """Metres before the wall's face up to which a leaf may stand: what stands farther out is furniture."""
 
@@ -58,13 +67,9 @@ def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], po
     if opening.kind == "window" or opening.sill > 0.0 or (opening.glazed and outer) or not faces:
         return opening
     box = Rectangle(opening.offset, opening.offset + opening.width, opening.sill + opening.height)
-    edges = behind_trims(faces, box, points, wall.thickness / 2)
+    edges = _frame_edges(box, faces, points, wall.thickness / 2, _hidden_side(opening))
     if not any(edges):
-        width = flush_lining([face.image for face in faces], (box.left, box.right, box.top))
-        edges = [None if width is None else Edge(width, SIGMAS["step"], "step", True)] * 3
-    edges = [edge if edge and _credible(edge) else None for edge in edges]
-    if not any(edges):
-        return opening
+        return _passage(opening) if not outer and _is_bare(opening, box, faces, points, wall.thickness / 2) else opening
     behind = moved(box, edges)
     behind = Rectangle(max(behind.left, 0.0), min(behind.right, wall.length), min(behind.top, wall.top - wall.base))
     left, right, head = (edge.sigma if edge else 0.0 for edge in edges)
@@ -76,6 +81,59 @@ def with_frame(opening: OpeningShape, wall: WallShape, faces: Sequence[Face], po
         width_sigma=_with(opening.width_sigma, left, right),
         height_sigma=_with(opening.height_sigma, head),
     )
+
+
+def _passage(opening: OpeningShape) -> OpeningShape:
+    """A doorway without a door."""
+    return replace(
+        opening, kind="passage", state="unknown", angle=None, hinge="unknown", swing="unknown", leaves=None, glazed=None
+    )
+
+
+def _is_bare(opening: OpeningShape, box: Rectangle, faces: Sequence[Face], points: WallPoints, half: float) -> bool:
+    """Whether an open doorway has neither leaf nor frame: what lies flat against the wall may be anything, the wall's
+    own colour goes on up to its sides, and nothing stands in it beside them.
+    """
+    if opening.kind != "door" or opening.state != "open" or (opening.angle or np.pi) < FLAT:
+        return False
+    if not is_plain([face.image for face in faces], (box.left, box.right, box.top)):
+        return False
+    near = points.inside(box.left, box.right, FOOT, box.top - STILE)
+    deep = np.abs(near.across) < half - DEEP
+    pieces = np.floor(near.up / PIECE).astype(np.int64)
+    count = max(int((box.top - STILE - FOOT) / PIECE), 1)
+    for inwards in (near.along - box.left, box.right - near.along):
+        here = deep & (inwards > FRAME[0]) & (inwards < FRAME[1])
+        if len(np.unique(pieces[here])) > FRAMED * count:
+            return False
+    return True
+
+
+def _hidden_side(opening: OpeningShape) -> int | None:
+    """The side, 0 left and 1 right, before whose jamb a leaf stands open."""
+    return {"start": 0, "end": 1}.get(opening.hinge) if opening.state == "open" else None
+
+
+def _frame_edges(
+    box: Rectangle, faces: Sequence[Face], points: WallPoints, half: float, hidden: int | None
+) -> list[Edge | None]:
+    """The edges left, right and at the head of the opening behind the frame whose clear width is a ``box``; of the
+    ``hidden`` side it is that of a leaf that stands before it.
+
+    A trim round it laps over the lining that shows inside it; else the lining's colour ends at the opening, but for
+    sides at which the wall's own reveal was seen; else what each side shows by itself counts.
+    """
+    trims = trim_setback(points, box, half)
+    if trims is not None and trims.usual >= LINED:
+        setbacks = [trims.sides[side] if side == hidden else trims.usual for side in range(3)]
+        return [Edge(setback + LAP, SIGMAS["lined"], "lined", True) for setback in setbacks]
+    images, clear = [face.image for face in faces], (box.left, box.right, box.top)
+    lining = None if trims is not None else seen_lining(images, clear) or faint_lining(images, clear)
+    if lining is not None:
+        bounds = [max if side == hidden else min for side in range(3)]
+        ends = [bound(end, lining.width) for bound, end in zip(bounds, lining.sides, strict=True)]
+        return [Edge(end, SIGMAS["step"], "step", True) if end > 0.0 else None for end in ends]
+    return [edge if edge and _credible(edge) else None for edge in behind_trims(faces, box, points, half)]
 
 
 def _credible(edge: Edge) -> bool:

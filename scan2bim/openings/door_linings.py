@@ -7,6 +7,7 @@ same on both sides and at the head, so that the three are looked at together: pa
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,44 @@ ALIKE = 0.4
 """Share of that difference that each side must show."""
 SIDES = 2
 """Sides that must show it."""
+MISSING = 0.35
+"""Share of that difference below which a side shows no lining."""
+AGREE = 0.012
+"""Metres to which the sides of one lining agree: what all of them show together is surer."""
 TRIM, DEEPEST_TRIM = 0.005, 0.04
 """Metres from which on a strip stands out of the wall and is a trim, and up to which trims do."""
+FAINT, MOST = 0.008, 0.75
+"""The same of both faces together, where the means of more sides have less noise: of at least three sides of which this
+share must show it.
+"""
+PLAIN, NEAR = 0.01, (0.005, 0.03)
+"""Difference of colour, of 1, up to which all is the wall's; and distances outwards, metres, between which a lining of
+any width shows.
+"""
 F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Lining:
+    """A lining of ``width`` metres, and where it ends outwards from the left, right and upper side of a clear width:
+    farther off where a leaf stands before it, at 0 where the wall begins right at the edge.
+    """
+
+    width: float
+    sides: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Step:
+    """The ``width`` of a strip, its ``contrast``, the share of it that each side shows (s,), nan where unknown, and the
+    ``channel`` that shows it best, in which it has a ``colour`` against the wall's.
+    """
+
+    contrast: float
+    width: float
+    shares: F64
+    channel: int
+    colour: float
 
 
 def flush_lining(
@@ -41,24 +77,103 @@ def flush_lining(
     """Width, metres, of the lining round a door's clear ``box`` (left, right, top), by the face that shows it best;
     None where none shows. Only ``sides`` of left (0), right and head are asked.
     """
-    found = [_lining(image, box, sides) for image in images]
-    return max((f for f in found if f is not None), default=(0.0, None))[1]
+    step = _best_step(images, box, sides)
+    return None if step is None else step.width
 
 
-def _lining(image: Orthoimage, box: tuple[float, float, float], sides: Sequence[int]) -> tuple[float, float] | None:
-    """The contrast of a lining on one face, and its width."""
+def seen_lining(images: Sequence[Orthoimage], box: tuple[float, float, float]) -> Lining | None:
+    """The same of an open door, and where it ends on each side."""
+    step = _best_step(images, box, (0, 1, 2))
+    if step is None:
+        return None
+    ends = [_side_end(images, (box[0], box[1], 0.0, box[2]), side, step) for side in (0, 1, 3)]
+    shown = [end for end in ends if end]
+    usual = float(np.median(shown)) if len(shown) >= SIDES else step.width
+    return Lining(usual, tuple(usual if end is None or 0.0 < abs(end - usual) < AGREE else end for end in ends))
+
+
+def faint_lining(images: Sequence[Orthoimage], box: tuple[float, float, float]) -> Lining | None:
+    """A lining of nearly the wall's colour, by all sides of both faces together."""
     t = np.arange(STEP, WALL[1], STEP)
     around = box[0], box[1], 0.0, box[2]
-    shown = [c for side in sides if (c := _against_wall(t, *profile(image, around, (0, 1, 3)[side]))) is not None]
-    if len(shown) < SIDES:
+    sides = [_against_wall(t, *profile(image, around, side)) for image in images for side in (0, 1, 3)]
+    shown = [colours for colours in sides if colours is not None]
+    if len(shown) <= SIDES:
         return None
-    stack = np.array(shown)
+    step = _step_of(t, np.array(shown), FAINT)
+    if step is None or any(_stands_out(image, around, step.width) for image in images):
+        return None
+    known = step.shares[np.isfinite(step.shares)]
+    if len(known) <= SIDES or (known > ALIKE).mean() < MOST:
+        return None
+    return Lining(step.width, (step.width,) * 3)
+
+
+def is_plain(images: Sequence[Orthoimage], box: tuple[float, float, float]) -> bool:
+    """Whether the wall's own colour goes on right up to an opening's ``box`` (left, right, top), as far as it shows on
+    any face: on two sides at least.
+    """
+    changes: list[float] = []
+    for image in images:
+        for side in (0, 1, 3):
+            t, colours = profile(image, (box[0], box[1], 0.0, box[2]), side)
+            seen = np.isfinite(colours[:, 0])
+            beside, wall = seen & (t > NEAR[0]) & (t < NEAR[1]), seen & (t > WALL[0]) & (t < WALL[1])
+            if beside.sum() >= 2 and wall.sum() >= 3:
+                changes.append(float(np.abs(np.median(colours[beside], 0) - np.median(colours[wall], 0)).max()))
+    return len(changes) >= SIDES and float(np.median(changes)) < PLAIN
+
+
+def _best_step(images: Sequence[Orthoimage], box: tuple[float, float, float], sides: Sequence[int]) -> _Step | None:
+    """The edge of a lining, by the face that shows it best."""
+    found = [step for image in images if (step := _lining(image, box, sides)) is not None]
+    return max(found, key=lambda step: (step.contrast, step.width), default=None)
+
+
+def _side_end(
+    images: Sequence[Orthoimage], around: tuple[float, float, float, float], side: int, step: _Step
+) -> float | None:
+    """Where a lining ends outwards from a side of a box (left, right, bottom, top), as the faces show it: 0 where there
+    is none, None where no face tells.
+    """
+    t = np.arange(STEP, WALL[1], STEP)
+    profiles = [_against_wall(t, *profile(image, around, side)) for image in images]
+    ends = [end for colours in profiles if colours is not None and (end := _end(t, colours, step)) is not None]
+    shown = [end for end in ends if end > 0.0]
+    return float(np.median(shown)) if shown else 0.0 if ends else None
+
+
+def _lining(image: Orthoimage, box: tuple[float, float, float], sides: Sequence[int]) -> _Step | None:
+    """The edge of the lining that one face shows."""
+    t = np.arange(STEP, WALL[1], STEP)
+    around = box[0], box[1], 0.0, box[2]
+    profiles = [_against_wall(t, *profile(image, around, (0, 1, 3)[side])) for side in sides]
+    shown = [colours for colours in profiles if colours is not None]
+    step = _step_of(t, np.array(shown), LEAST) if len(shown) >= SIDES else None
+    return None if step is None or _stands_out(image, around, step.width) else step
+
+
+def _end(t: F64, colours: F64, step: _Step) -> float | None:
+    """Where a lining ends outwards from one side with colours (n, 3), by its colour; 0 where there is none, None where
+    the side does not tell.
+    """
+    seen = np.isfinite(colours[:, 0])
+    t, share = t[seen], colours[seen, step.channel] / step.colour
+    lined = share > 0.5
+    last = np.flatnonzero(lined)
+    if not len(last):
+        plain = len(t) and t[0] < NARROWEST and abs(share[t < step.width].mean()) < MISSING
+        return 0.0 if plain else None
+    k = int(last[-1])
+    clear = lined[: k + 1].sum() > len(t[: k + 1]) / 2 and len(t) - k > 3 and t[k + 1] - t[k] < 3 * STEP
+    return float(t[k] + t[k + 1]) / 2 if clear else None
+
+
+def _step_of(t: F64, stack: F64, least: float) -> _Step | None:
+    """As ``_step`` of sides (s, n, 3), at the distances at which enough of them are known."""
     known = np.isfinite(stack[..., 0]).sum(0) >= SIDES
     t, stack = t[known], stack[:, known]
-    if len(t) < 3 or t[0] > NARROWEST:
-        return None
-    step = _step(t, np.nanmean(stack, 0), stack)
-    return None if step is None or _stands_out(image, around, step[1]) else step
+    return _step(t, np.nanmean(stack, 0), stack, least) if len(t) >= 3 and t[0] <= NARROWEST else None
 
 
 def _stands_out(image: Orthoimage, around: tuple[float, float, float, float], width: float) -> bool:
@@ -85,9 +200,9 @@ def _against_wall(t: F64, places: F64, colours: F64) -> F64 | None:
     return np.where(far[:, None], np.nan, out)
 
 
-def _step(t: F64, mean: F64, stack: F64) -> tuple[float, float] | None:
-    """The clearest place where a strip of one colour ends and the wall begins: contrast and width."""
-    best: tuple[float, float] | None = None
+def _step(t: F64, mean: F64, stack: F64, least: float) -> _Step | None:
+    """The clearest place where a strip of one colour ends and the wall begins, of a contrast above the ``least``."""
+    best: _Step | None = None
     for k in range(2, len(t)):
         width = float(t[k - 1] + t[k]) / 2
         if not NARROWEST <= width <= WIDEST or t[k] - t[k - 1] > 3 * STEP:
@@ -100,11 +215,11 @@ def _step(t: F64, mean: F64, stack: F64) -> tuple[float, float] | None:
         contrast = float(strip[channel] - wall[channel])
         spread = float(np.abs(body[:, channel] - strip[channel]).mean() + np.abs(outer - wall)[:, channel].mean())
         each = _known_mean(stack[:, : k - 1, channel]) - _known_mean(stack[:, k + 1 :, channel])
-        clear = abs(contrast) > LEAST and spread < EVEN * abs(contrast)
+        clear = abs(contrast) > least and spread < EVEN * abs(contrast)
         if clear and (each * np.sign(contrast) > ALIKE * abs(contrast)).sum() >= SIDES:
             crossing = _crossing(t, mean[:, channel], k, float(strip[channel] + wall[channel]) / 2)
-            found = abs(contrast) - spread, crossing
-            best = found if best is None or found[0] > best[0] else best
+            found = _Step(abs(contrast) - spread, crossing, each / contrast, channel, contrast)
+            best = found if best is None or found.contrast > best.contrast else best
     return best
 
 
