@@ -109,7 +109,7 @@ def openings_of(
     settings: OpeningSettings,
     progress: Callable[[float], None],
 ) -> list[OpeningShape]:
-    """Openings of all walls, neighbourhood by neighbourhood: those that were looked through, and closed doors.
+    """Openings of all walls, storey by storey: those that were looked through, and closed doors.
 
     ``folder`` holds points meanwhile.
     """
@@ -131,6 +131,7 @@ def openings_of(
             hung = [with_frame(with_pane(o, near.wall, faces), near.wall, faces, near.points) for o in hung]
             hung = [with_found_leaf(o, near.wall, scene.surfels, index) for o in hung]
             found += [*hung, *closed_openings(near.storey, near.place, near.wall, faces, near.points)]
+    found.sort(key=lambda o: (o.storey, o.wall))
     walls = [storey.walls for storey in structure.storeys]
     return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]
 
@@ -165,8 +166,8 @@ def near_walls(
     folder: Path,
     progress: Callable[[float], None],
 ) -> Iterator[NearWall]:
-    """The walls of all storeys with what is near them, neighbourhood by neighbourhood; ``folder`` holds points
-    meanwhile.
+    """The walls of all storeys with what is near them, from one side of the building to the other; ``folder`` holds
+    points meanwhile.
     """
     places = [(s, w) for s, storey in enumerate(structure.storeys) for w in range(len(storey.walls))]
     walls = [structure.storeys[s].walls[w] for s, w in places]

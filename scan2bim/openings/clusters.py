@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scan2bim.geometry.raster import closed, opened
-from scan2bim.openings.sides import BLIND, told
+from scan2bim.openings.sides import BLIND
 from scan2bim.openings.wall_image import PIXEL, WallImage
 
 BLUR = 4
@@ -33,7 +33,7 @@ def clusters(missing: Mask, image: WallImage) -> list[Mask]:
     """Connected pixels, cut where strips of wall go across or along them, or a curtain hangs in their midst: openings
     that stand close together meet where something hides the wall between them.
     """
-    known, blind = image.face | missing, ~told(image)
+    known, blind = image.face | missing, ~image.told
     cut = missing.copy()
     for cluster in _connected(missing):
         rows, cols = np.flatnonzero(cluster.any(1)), np.flatnonzero(cluster.any(0))

@@ -1,14 +1,15 @@
 """The scan points near walls, read from the tiles on disk: surfels of 5 cm are too coarse for orthoimages of 1 cm.
 
-Each tile is read once; what is near walls goes to a file, sorted by wall, so that no more than one wall's points are
-held at a time.
+Each tile is read once, those of one side of the building first. A wall's points are handed out as soon as the last
+tile that it reaches into was read, so that few have to be held, and what are too many of them in a file.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BufferedRandom
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -31,12 +32,25 @@ CELL = 0.1
 """Edge, metres, of the plan cells by which a point finds its walls."""
 CELLS = round(TILE / CELL)
 HELD = 1 << 20
-"""Points held until they are sorted by wall and written: 16 bytes each."""
+"""Points held until they are sorted by wall: 16 bytes each."""
+WAITING = 8 << 20
+"""Sorted points that wait in memory for the rest of their walls, 12 bytes each; what are more go to a file."""
 LINE = 10
 """Numbers of a wall's line."""
-BLOCK = np.dtype([("wall", "<i4"), ("tile", "<i4", (3,)), ("start", "<i8"), ("count", "<i8")])
-"""Points of one wall and tile in the file that holds them meanwhile."""
 F32 = NDArray[np.float32]
+Tile = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """Points of one wall in one ``tile``: ``words`` (count, 3) uint32, None where the file holds them meanwhile, from
+    its point ``start`` on.
+    """
+
+    tile: Tile
+    words: NDArray[np.uint32] | None
+    count: int
+    start: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,49 +86,29 @@ class WallPoints:
 def points_by_wall(
     scan_folders: Sequence[Path], walls: Sequence[WallShape], folder: Path
 ) -> Iterator[tuple[int, WallPoints]]:
-    """Each wall's place in ``walls`` and its points, neighbourhood by neighbourhood; a file without a name in
-    ``folder`` holds them meanwhile.
+    """Each wall's place in ``walls`` and its points, from one side of the building to the other; a file without a name
+    in ``folder`` holds them meanwhile where they are many.
     """
     lines = np.array([_line(wall) for wall in walls]).reshape(-1, LINE)
-    with TemporaryFile(dir=folder) as file:
-        blocks = _sorted_by_wall(scan_folders, lines, file)
-        file.flush()
-        order = np.argsort(blocks["wall"], kind="stable")
-        bounds = np.searchsorted(blocks["wall"][order], np.arange(len(walls) + 1))
-        for w in _neighbourhoods(walls):
-            yield w, _read_wall(file, blocks[order[bounds[w] : bounds[w + 1]]], lines[w], folder)
-
-
-def _sorted_by_wall(scan_folders: Sequence[Path], lines: NDArray[np.float64], file: BufferedRandom) -> NDArray[np.void]:
-    """Write the points near walls to a file, those of one wall and tile side by side; gives dtype BLOCK."""
-    indices = [TileIndex.load(folder) for folder in scan_folders]
+    indices = [TileIndex.load(path) for path in scan_folders]
     owners = [{tuple(t) for t in index.runs["tile"].tolist()} for index in indices]
-    found = _Found(file)
-    for tile, near in _tiles_of(lines, owners):
-        starts, members = _walls_by_cell(lines, near, tile)
-        for index, own in zip(indices, owners, strict=True):
-            if tile in own:
-                for run in tile_runs(index, np.array(tile, np.int32)):
-                    found.add(run, lines, starts, members, tile)
-        found.flush(tile)
-    return np.array(found.blocks, BLOCK)
-
-
-def _read_wall(file: BufferedRandom, blocks: NDArray[np.void], line: NDArray[np.float64], path: Path) -> WallPoints:
-    """The points of one wall from its blocks."""
-    n = int(blocks["count"].sum())
-    out = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32), np.empty((n, 3), np.uint8)
-    station = np.empty(n, np.uint16)
-    buffer = np.empty((int(blocks["count"].max(initial=0)), 3), np.uint32)
-    used = 0
-    for block in blocks:
-        words = buffer[: int(block["count"])]
-        file.seek(int(block["start"]) * POINT.itemsize)
-        if file.readinto(words.view(np.uint8).data) != words.nbytes:
-            raise InputError(path, "ends early: it was changed while it was read.", "Run again.")
-        _place(words, block["tile"] * TILE, line, *out, station, used)
-        used += len(words)
-    return WallPoints(*out, station)
+    tiles = _tiles_of(lines, owners)
+    last = {wall: place for place, (_, near) in enumerate(tiles) for wall in near}
+    with TemporaryFile(dir=folder) as file:
+        found = _Found(file, folder)
+        for place, (tile, near) in enumerate(tiles):
+            starts, members = _walls_by_cell(lines, near, tile)
+            for index, own in zip(indices, owners, strict=True):
+                if tile in own:
+                    for run in tile_runs(index, np.array(tile, np.int32)):
+                        found.add(run, lines, starts, members, tile)
+            found.part(tile)
+            for wall in near:
+                if last[wall] == place:
+                    yield wall, found.take(wall, lines[wall])
+        for wall in range(len(walls)):
+            if wall not in last:
+                yield wall, found.take(wall, lines[wall])
 
 
 def _line(wall: WallShape) -> tuple[float, ...]:
@@ -142,18 +136,11 @@ def _located(u, v, curvature, angle):  # pyright: ignore
     return turned / curvature, 1.0 / curvature - np.sign(curvature) * np.hypot(a, b)
 
 
-def _neighbourhoods(walls: Sequence[WallShape]) -> list[int]:
-    """The walls' numbers, those of one tile of the plan together: what is kept of their stations serves them all."""
-    middle = np.array([(np.array(w.start) + np.array(w.end)) / 2 for w in walls]).reshape(-1, 2)
-    tile = np.floor(middle / TILE).astype(np.int64)
-    return np.lexsort((np.arange(len(walls)), tile[:, 1], tile[:, 0])).tolist()
-
-
-def _tiles_of(
-    lines: NDArray[np.float64], owners: Sequence[set[tuple[int, ...]]]
-) -> list[tuple[tuple[int, int, int], list[int]]]:
-    """The tiles with points that any of the walls reaches into, in order, each with the numbers of these walls."""
-    touched: dict[tuple[int, int, int], list[int]] = {}
+def _tiles_of(lines: NDArray[np.float64], owners: Sequence[set[tuple[int, ...]]]) -> list[tuple[Tile, list[int]]]:
+    """The tiles with points that any of the walls reaches into, along the building's longer side, each with the numbers
+    of these walls.
+    """
+    touched: dict[Tile, list[int]] = {}
     for k, (x, y, dx, dy, length, reach, base, top, *_) in enumerate(lines):
         places = np.append(np.arange(0.0, length, TILE / 16), length)
         path = np.array([x, y]) + _arc_of(lines[k]).place(places, np.zeros(len(places))) @ np.array(
@@ -165,11 +152,14 @@ def _tiles_of(
         for a, b in plan:
             for c in layers:
                 touched.setdefault((a, b, c), []).append(k)
-    return sorted((t, near) for t, near in touched.items() if any(t in own for own in owners))
+    found = [(tile, near) for tile, near in touched.items() if any(tile in own for own in owners)]
+    spread = np.ptp(np.array([tile for tile, _ in found]).reshape(-1, 3)[:, :2], axis=0) if found else np.zeros(2)
+    first = int(spread[1] > spread[0])
+    return sorted(found, key=lambda one: (one[0][first], one[0]))
 
 
 def _walls_by_cell(
-    lines: NDArray[np.float64], near: Sequence[int], tile: tuple[int, int, int]
+    lines: NDArray[np.float64], near: Sequence[int], tile: Tile
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """For each plan cell of a tile where its walls, of those ``near``, begin in ``members``: starts
     (CELLS * CELLS + 1,), members (m,).
@@ -191,12 +181,14 @@ def _walls_by_cell(
 
 
 class _Found:
-    """Takes the points of each run and writes those that are near walls, sorted by wall."""
+    """Takes the points of each run and hands out those that are near a wall; ``folder`` is that of the file."""
 
-    def __init__(self, file: BufferedRandom) -> None:
-        self.blocks: list[tuple[int, tuple[int, int, int], int, int]] = []
+    def __init__(self, file: BufferedRandom, folder: Path) -> None:
+        self._blocks: defaultdict[int, list[Block]] = defaultdict(list)
         self._file = file
+        self._folder = folder
         self._written = 0
+        self._waiting = 0
         self._used = 0
         self._owner = np.empty(HELD, np.int32)
         self._words = np.empty((HELD, 3), np.uint32)
@@ -207,28 +199,65 @@ class _Found:
         lines: NDArray[np.float64],
         starts: NDArray[np.int32],
         members: NDArray[np.int32],
-        tile: tuple[int, int, int],
+        tile: Tile,
     ) -> None:
         """Take those of one run of a tile."""
         words = run.view(np.uint32).reshape(-1, 3)
         most = len(words) * int(np.diff(starts).max())
         if self._used + most > len(self._owner):
-            self.flush(tile)
+            self.part(tile)
         if most > len(self._owner):
             self._owner, self._words = np.empty(most, np.int32), np.empty((most, 3), np.uint32)
         origin = np.array(tile, np.float64) * TILE
         self._used = _near(words, origin, lines, starts, members, self._owner, self._words, self._used)
 
-    def flush(self, tile: tuple[int, int, int]) -> None:
-        """Write what was taken of a tile."""
+    def part(self, tile: Tile) -> None:
+        """Sort what was taken of a tile by wall."""
         if not self._used:
             return
         walls, bounds, words = _parted(self._owner[: self._used], self._words[: self._used])
-        self._file.write(words.data)
         for wall, (start, end) in zip(walls.tolist(), itertools.pairwise(bounds.tolist()), strict=True):
-            self.blocks.append((wall, tile, self._written + start, end - start))
-        self._written += self._used
+            self._blocks[wall].append(Block(tile, words[start:end].copy(), end - start))
+        self._waiting += self._used
         self._used = 0
+        if self._waiting > WAITING:
+            self._write()
+
+    def _write(self) -> None:
+        """Put all that waits into the file."""
+        self._file.seek(self._written * POINT.itemsize)
+        for blocks in self._blocks.values():
+            for place, block in enumerate(blocks):
+                if block.words is not None:
+                    self._file.write(block.words.data)
+                    blocks[place] = replace(block, words=None, start=self._written)
+                    self._written += block.count
+        self._file.flush()
+        self._waiting = 0
+
+    def take(self, wall: int, line: NDArray[np.float64]) -> WallPoints:
+        """The points of one wall, which are not held any longer."""
+        blocks = sorted(self._blocks.pop(wall, []), key=lambda block: block.tile)
+        n = sum(block.count for block in blocks)
+        out = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32), np.empty((n, 3), np.uint8)
+        station = np.empty(n, np.uint16)
+        used = 0
+        for block in blocks:
+            if block.words is not None:
+                self._waiting -= block.count
+            _place(self._read(block), np.array(block.tile) * TILE, line, *out, station, used)
+            used += block.count
+        return WallPoints(*out, station)
+
+    def _read(self, block: Block) -> NDArray[np.uint32]:
+        """The points of a block (n, 3)."""
+        if block.words is not None:
+            return block.words
+        words = np.empty((block.count, 3), np.uint32)
+        self._file.seek(block.start * POINT.itemsize)
+        if self._file.readinto(words.view(np.uint8).data) != words.nbytes:
+            raise InputError(self._folder, "ends early: it was changed while it was read.", "Run again.")
+        return words
 
 
 @nb.njit(cache=True, nogil=True)

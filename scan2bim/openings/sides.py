@@ -35,7 +35,7 @@ Sides = tuple[Edge, Edge, Edge, Edge]
 def seen_part(image: WallImage, box: Box) -> Box:
     """A box without the strips along its sides of which nothing was seen: a curtain may hide wall and opening there."""
     left, right, bottom, top = box
-    here = part(told(image), left, right, bottom if bottom > 0.0 else MARGIN, top)
+    here = part(image.told, left, right, bottom if bottom > 0.0 else MARGIN, top)
     if not here.size:
         return box
     columns, rows = np.flatnonzero(_shares(here, 0) > BLIND), np.flatnonzero(_shares(here, 1) > BLIND)
@@ -113,7 +113,7 @@ def _hidden_beyond(image: WallImage, box: Box, side: int) -> float:
     """Metres outwards from the left (0), right, lower or upper side of a box in which neither the wall's face was seen
     nor anything behind it.
     """
-    share = _beyond(told(image), box, side)
+    share = _beyond(image.told, box, side)
     ends = np.flatnonzero(share > TOLD)
     return float((ends[0] if len(ends) else len(share)) * PIXEL)
 
@@ -122,7 +122,7 @@ def _next_one(image: WallImage, box: Box, side: int) -> float:
     """Metres outwards from a side of a box to the middle of the strip of wall that parts it from another opening."""
     face = _beyond(image.face, box, side)
     walled = face > TOLD
-    gone = ~walled & (_beyond(told(image) & ~image.face, box, side) > TOLD)
+    gone = ~walled & (_beyond(image.told & ~image.face, box, side) > TOLD)
     first = int(np.argmax(walled)) if walled.any() else len(walled)
     again = np.flatnonzero(gone[first:])
     return float((first + again[0] / 2) * PIXEL) if len(again) else np.inf
@@ -149,9 +149,3 @@ def _shares(seen: NDArray[np.bool_], axis: int) -> F64:
     """Share of each column (axis 0) or row near which something was seen: sparse scans leave gaps."""
     kernel = np.ones((NEIGHBOURS, 1) if axis == 0 else (1, NEIGHBOURS), np.uint8)
     return np.asarray(cv2.dilate(seen.astype(np.uint8), kernel).mean(axis), np.float64)
-
-
-def told(image: WallImage) -> NDArray[np.bool_]:
-    """Where anything was seen of a wall, or through it (r, c)."""
-    behind, entered = image.behind, image.entered
-    return image.face | (behind[0] > 0) | (behind[1] > 0) | entered[0] | entered[1] | (image.through > 0) | image.blank

@@ -68,6 +68,7 @@ class WallImage:
     whether a station that is made up has a free view of it and nothing was scanned there nor behind it. ``along``,
     ``up`` (n,) metres; ``depth`` (n,) metres behind the face on whose side the point was seen, ``on_face`` (n,) whether
     it lies on that, ``side`` (n,) 0 for the left and 1 for the right one; ``bounds`` as of ``stretch_bounds``.
+    ``face`` (r, c) where points lie on either face, ``told`` where anything was seen of the wall, or through it.
     """
 
     faces: NDArray[np.int32]
@@ -83,18 +84,18 @@ class WallImage:
     on_face: NDArray[np.bool_]
     side: NDArray[np.int8]
     bounds: F32 = field(init=False)
+    face: NDArray[np.bool_] = field(init=False)
+    told: NDArray[np.bool_] = field(init=False)
 
     def __post_init__(self) -> None:
+        face, behind, entered = self.faces.any(0), self.behind.any(0), self.entered.any(0)
         object.__setattr__(self, "bounds", stretch_bounds(self.along, self.up))
+        object.__setattr__(self, "face", face)
+        object.__setattr__(self, "told", face | behind | entered | (self.through > 0) | self.blank)
 
     def rows_within(self, left: float, right: float, bottom: float, top: float) -> NDArray[np.int64]:
         """Numbers of the points inside a box."""
         return np.asarray(within(self.along, self.up, self.bounds, np.array([left, right, bottom, top], np.float32)))
-
-    @property
-    def face(self) -> NDArray[np.bool_]:
-        """Where points lie on either face (r, c)."""
-        return (self.faces[0] > 0) | (self.faces[1] > 0)
 
 
 def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Panorama], stations: F64) -> WallImage:

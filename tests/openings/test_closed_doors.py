@@ -10,8 +10,8 @@ import pytest
 from scan2bim.config import OpeningSettings
 from scan2bim.openings.closed.edges import edges_of, moved
 from scan2bim.openings.closed.evidence import evidence_of
-from scan2bim.openings.closed.find import closed_doors
-from scan2bim.openings.closed.rectangles import Rectangle, contrasted
+from scan2bim.openings.closed.find import ACCEPTED, closed_doors, judged
+from scan2bim.openings.closed.rectangles import Rectangle, candidates, contrasted
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import Orthoimage, orthoimage
 from scan2bim.openings.paper.closed import closed_doors_of
@@ -79,6 +79,17 @@ def test_a_leaf_that_reaches_the_ceiling_is_a_door_as_high_as_the_wall(top: floa
     (found,) = closed_doors(both)
     assert found.box.overlap(Rectangle(DOOR.left, DOOR.right, 2.6)) > 0.93
     assert closed_doors(both[1:])
+
+
+def test_rectangles_of_which_less_is_asked_are_those_that_would_not_be_kept() -> None:
+    faces = contrasted([face(0.0, 0.03, trim=0.01), face(0.006, side="right")])
+    boxes = [*candidates(faces), Rectangle(0.3, 1.2, 2.05), Rectangle(2.6, 3.6, 2.3)]
+    whole, short = ([judged(faces, box, to_keep=keep) for box in boxes] for keep in (False, True))
+    assert any(door.confidence >= ACCEPTED for door in whole)
+    assert any(a.evidence != b.evidence for a, b in zip(whole, short, strict=True))
+    for full, brief in zip(whole, short, strict=True):
+        assert brief.confidence < ACCEPTED or brief.evidence == full.evidence
+        assert brief.confidence >= full.confidence
 
 
 def test_a_strip_that_reaches_the_ceiling_on_one_face_or_by_its_colour_alone_is_none() -> None:

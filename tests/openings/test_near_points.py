@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scan2bim.cloud.tiles import TileWriter
+from scan2bim.openings import near_points
 from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.structure.shapes import WallShape
 
@@ -52,6 +53,23 @@ def test_each_wall_gets_the_points_on_its_faces_and_no_others(scan: Path, tmp_pa
         assert len(points.along) < 3300  # those of the other wall beside the corner, too
         assert points.along.min() > 0.0 and points.along.max() < WALLS[k].length
         assert points.up.min() > 0.09 and points.up.max() < 2.41
+
+
+def test_what_waits_in_memory_and_what_waits_in_a_file_are_the_same(
+    scan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_memory = dict(points_by_wall([scan], WALLS, tmp_path))
+    monkeypatch.setattr(near_points, "WAITING", 0)
+    in_a_file = dict(points_by_wall([scan], WALLS, tmp_path))
+    for k, points in in_memory.items():
+        assert np.array_equal(points.along, in_a_file[k].along)
+        assert np.array_equal(points.station, in_a_file[k].station)
+
+
+def test_a_wall_without_points_comes_too(scan: Path, tmp_path: Path) -> None:
+    far = wall((100.0, 1.0), (106.0, 1.0))
+    found = dict(points_by_wall([scan], [*WALLS, far], tmp_path))
+    assert sorted(found) == [0, 1, 2] and len(found[2].along) == 0
 
 
 def test_two_runs_in_one_folder_do_not_disturb_each_other_and_leave_nothing(scan: Path, tmp_path: Path) -> None:

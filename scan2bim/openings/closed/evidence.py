@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numba as nb
@@ -117,19 +117,42 @@ class FaceEvidence:
         return min(self.left, self.right, self.head)
 
 
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """Evidence of a face with ``trim`` and ``whole`` as clear as they can be, and depths by which they are found: of
+    the ``wall`` beside the rectangle and of the ``leaf`` in it.
+    """
+
+    evidence: FaceEvidence
+    wall: float
+    leaf: float
+
+
 def face_evidence(face: Face, box: Rectangle) -> FaceEvidence:
     """What one face says of a rectangle."""
+    return _with_strips(face, box, _surface_of(face, box))
+
+
+def _surface_of(face: Face, box: Rectangle) -> _Surface:
+    """What one face says of a rectangle, but for its strips, which take as long as the rest."""
     image = face.image
-    rasters = image.count, face.solid, image.rgb, image.depth, image.known, image.through, image.on
+    rasters = image.rgb, image.depth, image.known, image.count, image.through, image.on
     told = _told(_lines(face), rasters, box.left, box.right, _asked(box), SLACK)
     left, right, head, agree, shown = _judged_outline(told[:5], box)
-    seen, recess, colour, trim, beyond, foot, height, at = told[5:13]
-    through, dominant, whole, lintel, flank, onward = told[13:]
+    seen, wall, leaf, colour, beyond, foot, height, at = told[5:13]
+    through, dominant, lintel, flank, onward = told[13:]
     at = None if np.isnan(height) else "end" if at else "start"
     height = None if at is None else round(height, 3)
-    outline, inside = (left, right, head, agree, shown), (seen, recess, colour)
-    about, leaf = (trim, beyond, foot, height, at), (through, dominant, whole, lintel, flank, onward)
-    return FaceEvidence(*outline, *inside, *about, *leaf, False)
+    outline, inside = (left, right, head, agree, shown), (seen, wall - leaf, colour)
+    about, rest = (np.inf, beyond, foot, height, at), (through, dominant, 1.0, lintel, flank, onward)
+    return _Surface(FaceEvidence(*outline, *inside, *about, *rest, False), wall, leaf)
+
+
+def _with_strips(face: Face, box: Rectangle, surface: _Surface) -> FaceEvidence:
+    """The evidence of a face with ``trim`` and ``whole`` as they are."""
+    rasters = face.image.count, face.solid, face.image.rgb, face.image.depth
+    trim, whole = _strips(*rasters, box.left, box.right, _asked(box), surface.wall, surface.leaf)
+    return replace(surface.evidence, trim=trim, whole=whole)
 
 
 def _asked(box: Rectangle) -> float:
@@ -155,17 +178,16 @@ def _lines(face: Face) -> tuple[I16, I16, I16, I16, I16, I16]:
 
 @nb.njit(cache=True, nogil=True)
 def _told(lines, rasters, left, right, top, slack):  # pyright: ignore
-    """The numbers of a face's evidence in their order, from its lines and rasters: one call for each candidate."""
+    """The numbers of a face's evidence, from its lines and rasters: one call for each candidate."""
     rising, falling, seen, over, under, known_heads = lines
-    count, solid, rgb, depth, known, through, on = rasters
+    rgb, depth, known, count, through, on = rasters
     outline = _outline(rising, falling, seen, over, under, known_heads, left, right, top, slack)
     share, wall, leaf, colour, dominant, lintel, flank = _surface(depth, known, rgb, left, right, top)
     beyond, foot, onward = _around(rising, falling, seen, over, under, known_heads, left, right, top, slack)
-    trim, whole = _strips(count, solid, rgb, depth, left, right, top, wall, leaf)
     height, at = _handle(depth, count, left, right, top, leaf)
     looked = _through(through, on, left, right, top)
-    rest = looked, dominant, whole, lintel, flank, onward
-    return (*outline, share, np.float64(wall - leaf), np.float64(colour), trim, beyond, foot, height, at, *rest)
+    inside = share, np.float64(wall), np.float64(leaf), np.float64(colour)
+    return (*outline, *inside, beyond, foot, height, at, looked, dominant, lintel, flank, onward)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -306,12 +328,20 @@ def _handle(depth, count, left, right, top, leaf):  # pyright: ignore
     return height, at
 
 
-def evidence_of(faces: Sequence[Face], box: Rectangle) -> list[FaceEvidence]:
-    """What each face says; of two the one that shows the outline less need not show it at the same place."""
-    found = [face_evidence(face, box) for face in faces]
+def evidence_of(
+    faces: Sequence[Face], box: Rectangle, promising: Callable[[Sequence[FaceEvidence]], bool] | None = None
+) -> list[FaceEvidence]:
+    """What each face says; of two the one that shows the outline less need not show it at the same place. Where that
+    is not ``promising`` with the clearest trim and the most even leaf that there can be, these are left so.
+    """
+    surfaces = [_surface_of(face, box) for face in faces]
     if len(faces) == 2:
-        k = int(found[0].support > found[1].support)
+        k = int(surfaces[0].evidence.support > surfaces[1].evidence.support)
         told = _outline(*_lines(faces[k]), box.left, box.right, _asked(box), LOOSE)
         left, right, head, agree, shown = _judged_outline(told, box)
-        found[k] = replace(found[k], left=left, right=right, head=head, agree=agree, shown=shown, loose=True)
-    return found
+        loose = {"left": left, "right": right, "head": head, "agree": agree, "shown": shown, "loose": True}
+        surfaces[k] = replace(surfaces[k], evidence=replace(surfaces[k].evidence, **loose))
+    found = [surface.evidence for surface in surfaces]
+    if promising is not None and not promising(found):
+        return found
+    return [_with_strips(face, box, surface) for face, surface in zip(faces, surfaces, strict=True)]

@@ -100,7 +100,7 @@ def faces_of(
 
 def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
     """The closed doors of a wall."""
-    found = [judged(faces, box) for box in candidates(faces)]
+    found = [judged(faces, box, to_keep=True) for box in candidates(faces)]
     headed = [d for d in found if not d.box.whole]
     tall = [_headed(faces, d, headed) for d in found if d.box.whole and is_tall_leaf(d)]
     return paired(faces, placed(faces, kept([*headed, *tall])))
@@ -180,9 +180,13 @@ def kept(doors: Sequence[ClosedDoor], least: float = ACCEPTED) -> list[ClosedDoo
     return apart
 
 
-def judged(faces: Sequence[Face], box: Rectangle) -> ClosedDoor:
-    """A rectangle with what the faces say of it."""
-    evidence = evidence_of(faces, box)
+def judged(faces: Sequence[Face], box: Rectangle, *, to_keep: bool = False) -> ClosedDoor:
+    """A rectangle with what the faces say of it; with ``to_keep`` of one that cannot be kept only what shows that."""
+
+    def promising(evidence: Sequence[FaceEvidence]) -> bool:
+        return confidence(probability(features_of(evidence, box))) >= ACCEPTED
+
+    evidence = evidence_of(faces, box, promising if to_keep else None)
     sides: dict[Side, FaceEvidence] = {f.image.side: e for f, e in zip(faces, evidence, strict=True)}
     return ClosedDoor(box, probability(features_of(evidence, box)), sides)
 
