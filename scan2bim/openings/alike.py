@@ -11,6 +11,8 @@ from scan2bim.openings.shapes import NOT_HIDDEN, OpeningShape
 
 SAME = 0.03
 """Metres within which heads, sills, jambs and sizes of like openings agree: what edges and floors are off by."""
+LIKE = 0.1
+"""Metres within which the heights of openings of one head are about as like a given one."""
 LEAST = 0.3
 """Least width and height of an opening, metres."""
 BETWEEN = 0.04
@@ -76,7 +78,7 @@ def _laps(opening: OpeningShape, whole: OpeningShape, others: Sequence[OpeningSh
 
 def _sideways(opening: OpeningShape, known: Sequence[OpeningShape], laps: Sequence[float]) -> OpeningShape:
     """With both jambs: those of an opening above or below whose other jamb is the same, the one that its bars tell, the
-    width of openings of its height or head, or a share of what is hidden.
+    width of openings of its height, or of its head and most like it in height, or a share of what is hidden.
     """
     left, right = opening.hidden[:2]
     if left == 0.0 and right == 0.0:
@@ -94,6 +96,9 @@ def _sideways(opening: OpeningShape, known: Sequence[OpeningShape], laps: Sequen
         for o in known
         if o.kind == opening.kind and o.width_sigma is not None and o.width_sigma < SURE and _as_tall(opening, o)
     ]
+    if opening.hidden[2:] == (0.0, 0.0):
+        least = min((abs(o.height - opening.height) for o in alike), default=0.0)
+        alike = [o for o in alike if abs(o.height - opening.height) < least + LIKE]
     width = _most_common([o.width for o in alike], span)
     if width is not None:
         return _wide(opening, *_placed(span, width), None)

@@ -15,6 +15,7 @@ from scan2bim.cloud.surfels import Surfels
 from scan2bim.config import OpeningSettings
 from scan2bim.geometry.plan_index import PlanIndex
 from scan2bim.openings.alike import completed
+from scan2bim.openings.closed.below_windows import without_windows
 from scan2bim.openings.closed.find import closed_doors, closed_openings, faces_of
 from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
@@ -130,7 +131,8 @@ def openings_of(
             hung = [with_lining(with_leaf(o, near.wall, scene.surfels, index), images) for o in seen]
             hung = [with_frame(with_pane(o, near.wall, faces), near.wall, faces, near.points) for o in hung]
             hung = [with_found_leaf(o, near.wall, scene.surfels, index) for o in hung]
-            found += [*hung, *closed_openings(near.storey, near.place, near.wall, faces, near.points)]
+            doors = closed_openings(near.storey, near.place, near.wall, faces, near.points)
+            found += [*hung, *without_windows(doors, hung, faces)]
     found.sort(key=lambda o: (o.storey, o.wall))
     walls = [storey.walls for storey in structure.storeys]
     return [o for o in found if walls[o.storey][o.wall].share_below(o.offset, o.sill, o.width, o.height) > BELOW]

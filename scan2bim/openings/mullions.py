@@ -43,10 +43,20 @@ def without_mullions(found: Sequence[OpeningShape], image: WallImage) -> list[Op
 
 
 def _beside(first: OpeningShape, second: OpeningShape) -> bool:
-    """Whether a window ends right before another one that is as high, or what parts them was taken for part of both."""
+    """Whether a window ends right before another one that is as high, as far as both sills and heads were seen, or what
+    parts them was taken for part of both.
+    """
     apart = second.offset - first.offset - first.width
-    sill, head = first.sill - second.sill, first.sill + first.height - second.sill - second.height
-    return 0.0 < abs(apart) < WIDEST and max(abs(sill), abs(head)) < SAME
+    (sill, head), (low, high) = _rows(first), _rows(second)
+    level = _within(sill - low, first.hidden[2], second.hidden[2])
+    return 0.0 < abs(apart) < WIDEST and level and _within(high - head, first.hidden[3], second.hidden[3])
+
+
+def _within(above: float, mine: float, other: float) -> bool:
+    """Whether two sides, of which one lies ``above`` metres farther in, may be one, as far as they are hidden outwards:
+    that one by ``mine``, the other by ``other`` metres.
+    """
+    return -other - SAME < above < mine + SAME
 
 
 def _stands_back(first: OpeningShape, second: OpeningShape, image: WallImage) -> bool:
@@ -74,12 +84,20 @@ def _depth(image: WallImage, at: NDArray[np.bool_]) -> float | None:
 def _joined(first: OpeningShape, second: OpeningShape) -> OpeningShape:
     middle = (first.offset + first.width + second.offset) / 2
     areas = np.array([first.width, second.width])
+    lower, upper = (min((first, second), key=lambda o: o.hidden[k]) for k in (2, 3))
+    sill, head = _rows(lower)[0], _rows(upper)[1]
     return replace(
         first,
+        sill=sill,
+        height=round(head - sill, 4),
         width=round(second.offset + second.width - first.offset, 4),
         looked_through=round(float(np.average([first.looked_through, second.looked_through], weights=areas)), 3),
         points=first.points + second.points,
         stations=tuple(sorted({*first.stations, *second.stations})),
-        hidden=(first.hidden[0], second.hidden[1], *np.maximum(first.hidden[2:], second.hidden[2:]).tolist()),
+        hidden=(first.hidden[0], second.hidden[1], lower.hidden[2], upper.hidden[3]),
         bars=(*first.bars, round(float(middle), 4), *second.bars),
     )
+
+
+def _rows(opening: OpeningShape) -> tuple[float, float]:
+    return opening.sill, opening.sill + opening.height

@@ -110,7 +110,16 @@ def wall_image(wall: WallShape, points: WallPoints, panoramas: Mapping[int, Pano
     seen = (points.along, points.across, points.up, points.station, _side(wall, stations), here)
     known = here if wall.thickness_sigma is None else np.float32(0.0)
     found = _classified(*seen, known, half, skin, shape)
+    if here != 0 and known == 0 and _misplaced(found[0][int(here > 0)], found[1][int(here > 0)]):
+        found = _classified(*seen, here, half, skin, shape)
     return WallImage(*found[:2], *_looked(wall, shape, panoramas), *found[2:])
+
+
+def _misplaced(face: NDArray[np.int32], behind: NDArray[np.int32]) -> bool:
+    """Whether an outer face is not where an outer wall's thickness, told by jambs, puts it: most that was seen from
+    there (r, c) lies behind it.
+    """
+    return np.count_nonzero(face) < np.count_nonzero(behind)
 
 
 def answered(image: WallImage) -> WallImage:

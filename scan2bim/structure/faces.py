@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.stretches import covered_length
+from scan2bim.structure.curtains import without_curtains
 from scan2bim.structure.fits import BAND, SPARSE, Face, fit_line, settled
 from scan2bim.structure.furniture import without_furniture
 from scan2bim.structure.leaves import is_closed_leaf, without_open_leaves
@@ -106,7 +107,7 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
     faces = with_strays(columns, _square_up(columns, faces), columns.high >= 3)
-    faces = without_furniture(plan, faces)
+    faces = without_curtains(without_furniture(plan, faces))
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
     faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))

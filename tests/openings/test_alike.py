@@ -47,6 +47,14 @@ def test_a_window_of_another_height_is_not_alike() -> None:
     assert found.width_sigma == pytest.approx(2 / 3 * 0.5 / 12**0.5, abs=1e-3)
 
 
+def test_of_windows_with_one_head_those_of_about_its_height_tell_its_width() -> None:
+    head = WHOLE.sill + WHOLE.height
+    high = [replace(WHOLE, wall=w, sill=head - 1.3, height=1.3, width=1.2) for w in (3, 4, 5)]
+    low = replace(WHOLE, wall=6, sill=head - 0.8, height=0.8)
+    *_, found = completed([*high, low, hidden(WHOLE, left=0.5, right=0.5)])
+    assert found.width == pytest.approx(WHOLE.width)
+
+
 def test_a_hidden_jamb_is_as_far_from_the_bars_as_the_other() -> None:
     barred = replace(hidden(WHOLE, left=0.5), bars=(WHOLE.offset + WHOLE.width / 2,))
     *_, found = completed([barred])

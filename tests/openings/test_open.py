@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from scan2bim.openings.mullions import without_mullions
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.open import find_open
 from scan2bim.openings.shapes import OpeningShape
@@ -97,6 +100,19 @@ def test_a_window_that_was_looked_through_has_its_sides_to_a_centimetre() -> Non
     assert found.kind == "window"
     assert sides(found) == pytest.approx(WINDOW, abs=0.01)
     assert (found.jambs, found.sides) == (2, 4)
+
+
+def test_panes_beside_a_mullion_are_one_window_also_if_the_frame_hides_the_head_of_one() -> None:
+    holes = [(1.0, 1.96, 0.9, 2.1), (2.04, 3.0, 0.9, 2.1)]
+    post, whole = sheet((1.96, 2.04, 0.9, 2.1), 0.03), (1.0, 3.0, 0.9, 2.1)
+    wall, found = image([whole], *(reveals(h) for h in holes), post, through=[clear(h) for h in holes])
+    (first,) = find_open(0, 0, wall, found)
+    left = replace(first, width=0.96)
+    right = replace(first, offset=2.04, width=0.96, height=first.height - 0.05)
+    lower = replace(right, hidden=(0.0, 0.0, 0.0, 0.05))
+    (window,) = without_mullions([left, lower], found)
+    assert (window.sill, window.height) == (first.sill, first.height) and window.width == pytest.approx(2.0)
+    assert len(without_mullions([left, right], found)) == 2
 
 
 def test_a_window_that_nobody_looked_through_is_told_by_its_pane() -> None:

@@ -174,3 +174,15 @@ def test_a_station_in_a_doorway_sees_past_the_middle_of_the_wall_up_to_the_jambs
 
 def test_a_station_in_a_niche_looks_through_nothing() -> None:
     assert not image(doorway(0.08), 0.0, (2.0, 0.01, 1.5)).through.any()
+
+
+@pytest.mark.parametrize(("beyond", "kept"), [(0.0, True), (-0.05, False)])
+def test_an_outer_face_counts_only_where_the_thickness_puts_it(beyond: float, kept: bool) -> None:
+    outer = dataclasses.replace(wall(0.0), right=())
+    far = THICKNESS / 2 + beyond
+    points = np.concatenate([scene(behind=False), upright((0.0, -far), (LENGTH, -far), 0.0, HEIGHT)])
+    seen = near(outer, points)
+    station = np.where(seen.across < 0, 4, 3).astype(np.uint16)
+    stations = np.vstack([ABSENT, EYE, (2.0, -2.0, 1.5)])
+    found = wall_image(outer, dataclasses.replace(seen, station=station), {}, stations)
+    assert bool(found.faces[1].any() or found.behind[1].any()) == kept
