@@ -1,7 +1,7 @@
 """Closed doors that are windows: furniture hides the wall below a sill, and what is left has a door's sides and head.
 
-Such a window was seen all round: right below its sill the wall's face goes on. Where a leaf with a pane does so, its own
-sides go on below, too.
+Such a window was seen all round: right below its sill the wall's face goes on. Where a leaf with a pane does so, its
+own sides go on below, too.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LOWEST = 0.4
 SAME = 0.06
 """Metres within which jambs and heads are the same: frames."""
 ALL_SIDES = 4
-"""Sides of a window that have the wall's face beside them."""
+"""Sides of a window."""
 LINE = 0.5
 """Share of a line below a sill that must be a discontinuity for a leaf to go on there."""
 
@@ -29,14 +29,22 @@ def without_windows(
     doors: Sequence[OpeningShape], found: Sequence[OpeningShape], faces: Sequence[Face]
 ) -> list[OpeningShape]:
     """The closed ``doors`` of a wall without those in the place of a window that was ``found`` with wall below it."""
-    windows = [o for o in found if o.kind == "window" and o.sill > LOWEST and o.sides == ALL_SIDES]
+    windows = [o for o in found if o.kind == "window" and o.sill > LOWEST and _walled(o)]
     return [d for d in doors if not any(_same(d, w) and not _goes_on(w, faces) for w in windows)]
 
 
+def _walled(window: OpeningShape) -> bool:
+    """Whether a window has wall beside it on all sides that nothing hides, its lower one among them."""
+    left, right, lower, upper = window.hidden
+    return lower == 0.0 and window.sides + sum(1 for away in (left, right, upper) if away > 0.0) >= ALL_SIDES
+
+
 def _same(door: OpeningShape, window: OpeningShape) -> bool:
-    left, right = door.offset - window.offset, door.offset + door.width - window.offset - window.width
-    head = door.sill + door.height - window.sill - window.height
-    return max(abs(left), abs(right), abs(head)) < SAME
+    left, right, _, upper = window.hidden
+    beyond = window.offset - door.offset, door.offset + door.width - window.offset - window.width
+    above = door.sill + door.height - window.sill - window.height
+    away = zip((*beyond, above), (left, right, upper), strict=True)
+    return all(-SAME < out < hidden + SAME for out, hidden in away)
 
 
 def _goes_on(window: OpeningShape, faces: Sequence[Face]) -> bool:
