@@ -119,7 +119,7 @@ def _misplaced(face: NDArray[np.int32], behind: NDArray[np.int32]) -> bool:
     """Whether an outer face is not where an outer wall's thickness, told by jambs, puts it: most that was seen from
     there (r, c) lies behind it.
     """
-    return np.count_nonzero(face) < np.count_nonzero(behind)
+    return bool(np.count_nonzero(face) < np.count_nonzero(behind))
 
 
 def answered(image: WallImage) -> WallImage:
