@@ -34,9 +34,15 @@ class Lattice:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return np.array([[c, s], [-s, c]])
 
-    def own(self, points: F64) -> F64:
+    def own(self, points: NDArray[np.floating]) -> F64:
         """Own coordinates of local ones (n, 2) or (n, 3)."""
-        return np.concatenate([points[:, :2] @ self.axes.T - self.corner, points[:, 2:]], axis=1)
+        (a, b), (c, d) = self.axes.tolist()
+        x, y = points[:, 0].astype(np.float64), points[:, 1].astype(np.float64)
+        out = np.empty(points.shape)  # by columns: many times as fast as a product of so narrow matrices
+        out[:, 0] = x * a + y * b - self.corner[0]
+        out[:, 1] = x * c + y * d - self.corner[1]
+        out[:, 2:] = points[:, 2:]
+        return out
 
     def local(self, points: F64) -> F64:
         """Local coordinates of own ones (n, 2) or (n, 3)."""

@@ -35,7 +35,7 @@ class Scene:
             return self
 
         def turned(surfels: Surfels) -> Surfels:
-            return replace(surfels, xyz=lattice.own(surfels.xyz.astype(np.float64)).astype(np.float32))
+            return replace(surfels, xyz=lattice.own(surfels.xyz).astype(np.float32))
 
         panoramas = {number: panorama.turned(lattice) for number, panorama in self.panoramas.items()}
         return replace(

@@ -39,7 +39,7 @@ def find_lattice(scan_folders: Sequence[Path]) -> Lattice:
     lattice = Lattice()
     for points in PASSES:
         surfels = rough_surfels(scan_folders, lattice, points)
-        own = lattice.own(surfels.xyz.astype(np.float64)).astype(np.float32)
+        own = lattice.own(surfels.xyz).astype(np.float32)
         lattice = lattice.then(_lattice_in(replace(surfels, xyz=own), lattice.own(stations)))
     return lattice
 

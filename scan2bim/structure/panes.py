@@ -85,10 +85,10 @@ def without_outside(plan: Plan, faces: Sequence[Face], panoramas: Sequence[Panor
     xy = plan.origin + (np.stack([col, row], 1) + 0.5) * PLAN
     points = np.column_stack([xy, plan.grid.roof[row, col]]).astype(np.float32)
     outside = np.zeros(len(points), bool)
-    for face in faces:
+    for face in (face for face in faces if face.glass):
         depth, along = -((xy - face.centre) @ face.normal), (xy - face.centre) @ face.direction
         behind = np.flatnonzero((depth > 0) & (depth < OUTSIDE) & (along > face.low) & (along < face.high))
-        if face.glass and len(behind):
+        if len(behind):
             past = np.zeros(len(behind), bool)
             for panorama in panoramas:
                 before, beside = np.array([face.normal, face.direction]) @ (panorama.position[:2] - face.centre)

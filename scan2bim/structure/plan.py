@@ -226,11 +226,8 @@ def _void(floor: U8, deep: U8) -> U8:
 
 def _eyes(surfels: Surfels, layers: Layers, stations: F64) -> F64:
     """Place (n, 3) of the station that saw each surfel (in layer order), nan where unknown."""
-    station = surfels.station[layers.order]
-    eyes = np.full((len(station), 3), np.nan)
-    known = station < len(stations)
-    eyes[known] = stations[station[known]]
-    return eyes
+    places = np.append(stations, np.full((1, 3), np.nan), axis=0)
+    return np.take(places, np.minimum(surfels.station[layers.order], len(stations)), axis=0)
 
 
 def _from_below(layers: Layers, z: F64, eye: F64) -> NDArray[np.bool_]:
