@@ -86,6 +86,12 @@ class Lines:
         away = np.abs(((face.ends()[:, None] - self.centres) * self.normals).sum(2))
         return self._alike(face, away.max(0, initial=0.0) < off + 1e-6)
 
+    def through(self, places: F64) -> list[Face]:
+        """Those whose lines pass any of places (n, 2) within EVEN."""
+        low, high = places.min(0), places.max(0)
+        away = np.abs((((low + high) / 2 - self.centres) * self.normals).sum(1))
+        return [self.faces[k] for k in np.flatnonzero(away < np.hypot(*(high - low)) / 2 + 2 * EVEN).tolist()]
+
     def behind(self, face: Face) -> list[Face]:
         """Those that stand back behind a face, no deeper than a recess."""
         behind = -((self.ends - face.centre) @ face.normal)
@@ -207,7 +213,9 @@ def grow_faces(
     fitted = _fit_all(columns, region, wall_like)
     main = main_direction(fitted)
     fitted = [part for face in fitted for part in _steps(columns, face, main, wall_like)]
-    fitted = [_straightened(columns, face, fitted, main, wall_like) for face in fitted]
+    longest = sorted(fitted, key=lambda f: -f.length)
+    straight = Lines.of([f for f in longest if abs(turn_to(f.normal, main)) < ALONG])
+    fitted = [_straightened(columns, face, straight, main, wall_like) for face in fitted]
     return _merge_collinear(columns, fitted, main, wall_like)
 
 
@@ -230,24 +238,21 @@ def _steps(columns: Columns, face: Face, main: float, wall_like: NDArray[np.bool
     return [f for f in fitted if f.length >= SHORTEST]
 
 
-def _straightened(
-    columns: Columns, face: Face, faces: Sequence[Face], main: float, wall_like: NDArray[np.bool_]
-) -> Face:
+def _straightened(columns: Columns, face: Face, straight: Lines, main: float, wall_like: NDArray[np.bool_]) -> Face:
     """A short face that is a little turned, as of a wall's stub and what stands beside it, as far as it lies on the
-    line of a longer face along the ``main`` directions; else the face as it is.
+    line of a longer one of the ``straight`` faces along the ``main`` directions, longest first; else the face as it is.
     """
     off = abs(turn_to(face.normal, main))
     if face.length > LONG_ENOUGH or not EVEN < off * face.length < TURNED:
         return face
-    for other in sorted(faces, key=lambda f: -f.length):
+    xy = columns.xy[face.columns]
+    for other in straight.through(xy):
         if other.length <= face.length:
             break
-        away = (columns.xy[face.columns] - other.centre) @ other.normal
-        along = (columns.xy[face.columns] - other.centre) @ other.direction
+        away, along = (xy - other.centre) @ other.normal, (xy - other.centre) @ other.direction
         near = (along > other.low - GAP) & (along < other.high + GAP)
         on = (np.abs(away) < EVEN) & near & wall_like[face.columns]
-        square = abs(turn_to(other.normal, main)) < ALONG and other.normal @ face.normal > OBLIQUE
-        if square and covered_length(along[on], PLAN) >= SHORTEST:
+        if other.normal @ face.normal > OBLIQUE and covered_length(along[on], PLAN) >= SHORTEST:
             return fit_line(columns, face.columns[on], wall_like, other.normal)
     return face
 
