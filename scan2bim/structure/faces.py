@@ -40,6 +40,8 @@ TALL = 0.6
 """Share of its seen length that what stands behind a wall's face must reach the ceiling zone to be the wall there."""
 NOT_TALL = 0.15
 """Share of such a stretch, at most, on which the face before it does so: cupboards in line with the wall."""
+STANDS = 0.3
+"""Share of a wall's columns that were seen to come down to the floor, where furniture hides the foot of others."""
 LEAST_KNOWN = 0.3
 """Share of a nook's ceiling that must have been seen: cupboards in it hide the rest."""
 LEAST_NOOK = 0.5
@@ -115,11 +117,11 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     faces = with_strays(columns, _square_up(columns, faces), columns.high >= 3)
     faces = without_curtains(without_furniture(plan, faces))
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
-    faces = sorted((f for f in faces if not _over_sills(plan, f, faces)), key=lambda f: -f.length)
+    faces = sorted((f for f in faces if not over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))
 
 
-def _over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:
+def over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:
     """Whether a face that nowhere comes down to the floor stands back in the line of one that does, and the room's
     ceiling does not go on over what lies between: panes and frames of windows, in one line, and as long as the piers.
     """
@@ -132,7 +134,7 @@ def _over_sills(plan: Plan, face: Face, faces: Sequence[Face]) -> bool:
         along = np.sort((wall.ends() - face.centre) @ face.direction)
         if (
             max(along[0] - face.high, face.low - along[1]) > JAMB
-            or (plan.columns.low[wall.columns] >= FEWEST_BINS).mean() < TALL
+            or (plan.columns.low[wall.columns] >= FEWEST_BINS).mean() < STANDS
         ):
             continue
         within = ceiling_on(plan, face, 0.0, max(depth - PLAN, PLAN))

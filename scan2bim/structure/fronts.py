@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN
 from scan2bim.geometry.raster import closed
-from scan2bim.structure.faces import DEEPEST_RECESS, GAP, PARALLEL, Face, Lines
+from scan2bim.structure.faces import DEEPEST_RECESS, GAP, OBLIQUE, PARALLEL, Face, Lines
 from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import SAME_LEVEL, Plan, without_ceiling
 from scan2bim.structure.strips import ceiling_on, strip_of
@@ -37,6 +37,10 @@ BEFORE = (0.1, 0.5)
 """Where before a gap, metres, the height of the room's ceiling is taken."""
 APART = 1.5
 """Gap, metres, between two seen stretches of one lintel."""
+FLANK, STANDS_OUT = 2.5, 0.15
+"""Metres that a window is wide at most which stands beside a pier, and by which another wall stands before the pier's
+line where it ends that.
+"""
 F64 = NDArray[np.float64]
 
 
@@ -115,6 +119,22 @@ def without_soffits(plan: Plan, gaps: Sequence[Face]) -> Plan:
             pixel = strip_of(plan, gap, -BEYOND, 0.0)[lower]
             hidden[pixel[:, 1], pixel[:, 0]] = True
     return without_ceiling(plan, hidden)
+
+
+def flanks(face: Face, faces: Sequence[Face]) -> list[Face]:
+    """The stretches of a face's line beyond its ends, as far as a window goes beside a pier, or to the next of the
+    ``faces`` that stands before the line.
+    """
+    low, high = face.low - FLANK, face.high + FLANK
+    for other in faces:
+        ends = other.ends() - face.centre
+        before, along = ends @ face.normal, ends @ face.direction
+        if abs(other.normal @ face.normal) < OBLIQUE and before.max() > STANDS_OUT and before.min() < STANDS_OUT:
+            middle = float(along.mean())
+            low = max(low, middle) if middle < face.low + STANDS_OUT else low
+            high = min(high, middle) if middle > face.high - STANDS_OUT else high
+    stretches = (low, face.low), (face.high, high)
+    return [replace(face, low=a, high=b) for a, b in stretches if b - a > SHORTEST]
 
 
 def _under_strips(edge: Face, plan: Plan) -> list[Face]:

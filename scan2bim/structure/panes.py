@@ -14,7 +14,7 @@ import numpy as np
 from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.structure.columns import F64, gather_columns
-from scan2bim.structure.faces import Face, grow_faces, without_recesses
+from scan2bim.structure.faces import Face, grow_faces, over_sills, without_recesses
 from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan, without_ceiling
 from scan2bim.structure.storeys import Layers
@@ -50,7 +50,7 @@ def with_panes(
 ) -> tuple[Plan, list[Face]]:
     """The plan with the ``doubtful`` surfels' columns added after its own, and the glass fronts found among those.
 
-    ``layers`` are those of the doubtful surfels of the storey.
+    ``layers`` are those of the doubtful surfels of the storey. Panes over the sills of a seen wall are none.
     """
     columns = gather_columns(doubtful, layers, plan.grid, stations)
     tall = columns.bins >= FEWEST_BINS
@@ -59,7 +59,8 @@ def with_panes(
     panes = [f for f in without_recesses(panes, faces) if not any(_beside(f, other) for other in faces)]
     joined = replace(plan, columns=plan.columns.joined(columns))
     first = len(plan.columns)
-    return joined, [replace(f, columns=f.columns + first, glass=True) for f in panes]
+    panes = [replace(f, columns=f.columns + first, glass=True) for f in panes]
+    return joined, [f for f in panes if not over_sills(joined, f, faces)]
 
 
 def as_glass(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> Face:

@@ -16,7 +16,7 @@ from scan2bim.geometry.polygons import polygons_of
 from scan2bim.structure.cells import THIN, Cells, cut_cells, edge_faces, gaps, label_cells, space_evidence
 from scan2bim.structure.faces import Face, main_direction
 from scan2bim.structure.free_space import looked_through
-from scan2bim.structure.fronts import window_fronts, without_soffits, without_strips
+from scan2bim.structure.fronts import flanks, window_fronts, without_soffits, without_strips
 from scan2bim.structure.panes import without_outside
 from scan2bim.structure.plan import Plan
 
@@ -57,7 +57,8 @@ def find_spaces(
     bare = without_strips(plan)
     ends = edge_faces(bare, (), space_evidence(bare, free), main_direction(faces))
     lintels, kept = window_fronts(plan, ends, faces, panoramas)
-    plan = without_soffits(without_strips(plan, lintels), [gap for f in kept for gap in gaps(f, plan)])
+    beside = [gap for f in kept if len(f.columns) for gap in (*gaps(f, plan), *flanks(f, kept))]
+    plan = without_soffits(without_strips(plan, lintels), beside)
     score = space_evidence(plan, free)
     edges = [*lintels, *edge_faces(plan, [*kept, *lintels], score, main_direction(faces))]
     cells = cut_cells(plan, [*kept, *edges], score, free)
