@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scan2bim.openings.closed.edges import LAP, Edge, moved
+from scan2bim.openings.closed.edges import Edge, edges_of, moved
 from scan2bim.openings.closed.rectangles import Rectangle, contrasted
 from scan2bim.openings.closed.reveals import behind_trims, opening_edges
+from scan2bim.openings.closed.trims import LAP
 from scan2bim.openings.door_linings import flush_lining
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import Orthoimage
@@ -91,3 +94,30 @@ def test_a_strip_on_one_side_is_no_lining() -> None:
     image = face(False)
     image.rgb[:210, 145:150] -= 0.2
     assert flush_lining([image], (DOOR.left, DOOR.right, DOOR.top)) is None
+
+
+def test_a_side_behind_furniture_is_where_a_trim_as_wide_as_the_others_ends() -> None:
+    image = face(True)
+    along = (np.arange(400) + 0.5) / 100
+    image.count[:, (along > DOOR.left - 0.05) & (along < DOOR.left + 0.2)] = 0  # the trim's outer edge is seen
+    image.count[:, (along > DOOR.right - 0.2) & (along < DOOR.right + 0.2)] = 0  # nothing is
+    outline = Rectangle(DOOR.left - 0.07, DOOR.right + 0.07, DOOR.top + 0.07)
+    found = moved(outline, edges_of(contrasted([image]), outline))
+    assert (found.left, found.right, found.top) == pytest.approx((DOOR.left, DOOR.right, DOOR.top), abs=0.01)
+
+
+def test_the_head_of_a_door_taken_to_be_as_high_as_the_room_is_where_its_trim_ends() -> None:
+    whole = Rectangle(DOOR.left, DOOR.right, 2.17, whole=True)
+    faces = contrasted([cut(face(True), 217)])
+    found = moved(whole, opening_edges(faces, whole, points(0.0, 0.0), HALF))
+    assert found.top == pytest.approx(DOOR.top, abs=0.01)
+    assert not found.whole
+    bare = moved(whole, opening_edges(contrasted([cut(face(False), 217)]), whole, points(0.0, 0.065), HALF))
+    assert bare.whole
+
+
+def cut(image: Orthoimage, rows: int) -> Orthoimage:
+    """A face below a ceiling."""
+    return replace(
+        image, count=image.count[:rows], rgb=image.rgb[:rows], depth=image.depth[:rows], known=image.known[:rows]
+    )

@@ -206,11 +206,9 @@ def _opening(
     storey: int, number: int, wall: WallShape, door: ClosedDoor, faces: Sequence[Face], points: WallPoints
 ) -> OpeningShape:
     edges = opening_edges(faces, door.box, points, wall.thickness / 2)
-    if door.box.whole:
-        edges[2] = None
     box = moved(door.box, edges)
     length = wall.length
-    box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base))
+    box = Rectangle(max(box.left, 0.0), min(box.right, length), min(box.top, wall.top - wall.base), box.whole)
     sigma = [ROUGH if edge is None else edge.sigma for edge in edges]
     on_leaf = points.stations_inside(box.left, box.right, -np.inf, box.top)
     sides, depth = _recess(wall, door)
@@ -240,7 +238,7 @@ def _opening(
         recess=None if depth is None else round(depth, 4),
         recess_side=sides,
         handle_height=handle[0],
-        words=in_words(door),
+        words=in_words(replace(door, box=box)),
     )
 
 

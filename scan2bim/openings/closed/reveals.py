@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scan2bim.openings.closed.edges import FARTHEST, LAP, SIGMAS, Edge, Kind, edges_of, moved
+from scan2bim.openings.closed.edges import SIGMAS, Edge, Kind, edges_of, moved
 from scan2bim.openings.closed.rectangles import Face, Rectangle
+from scan2bim.openings.closed.trims import FARTHEST, LAP
 from scan2bim.openings.door_linings import WIDEST, flush_lining
 from scan2bim.openings.near_points import WallPoints
 
@@ -61,9 +62,11 @@ class Reveal:
 
 def opening_edges(faces: Sequence[Face], box: Rectangle, points: WallPoints, half: float) -> list[Edge | None]:
     """The edges left, right and at the head of the opening behind a rectangle, as far as they were found; ``points``
-    near the wall, of which ``half`` the thickness is given.
+    near the wall, of which ``half`` the thickness is given. Below the ceiling only a trim as at the sides is a head.
     """
     edges = edges_of(faces, box)
+    if box.whole and not (edges[2] and edges[2].is_trim and any(e and e.is_trim for e in edges[:2])):
+        edges[2] = None
     found = _reveals(box, edges, points, half)
     if any(edge is not None and edge.is_trim for edge in edges):
         return _behind_trims(edges, found)
@@ -95,8 +98,10 @@ def _behind_trims(edges: Sequence[Edge | None], found: Sequence[Reveal | None]) 
 
 
 def _behind_lining(edge: Edge | None, reveal: Reveal | None, lining: float | None) -> Edge | None:
-    """The opening's edge without trims: where the ``lining`` ends that begins at a reveal, or the reveal itself."""
-    if edge is None or reveal is None:
+    """The opening's edge without trims: a step of colour alone, where the ``lining`` ends that begins at a reveal, or
+    the reveal itself.
+    """
+    if edge is None or reveal is None or (edge.kind == "step" and not edge.deeper):
         return edge
     if lining is not None and not (edge.kind == "step" and 0.0 < edge.place - reveal.place - lining < 2 * SAME):
         return Edge(reveal.place + lining, SIGMAS["step"], "step", True)
