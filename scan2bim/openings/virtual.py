@@ -44,7 +44,7 @@ def virtual_panoramas(storey: StoreyShape, surfels: Surfels) -> dict[int, Panora
     index = PlanIndex(surfels.xyz)
     for number, (x, y) in enumerate(points):
         position = np.array([x, y, height])
-        near = index.near(position[:2], REACH)
+        near = index.along(np.array([position[:2], position[:2]]), REACH, ordered=False)
         ranges = np.zeros((6, EDGE, EDGE), np.float32)
         _draw(surfels.xyz[near], position.astype(np.float32), ranges, np.float32(SPLAT))
         out[FIRST + number] = Panorama(position, ranges)
