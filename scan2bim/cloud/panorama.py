@@ -27,6 +27,8 @@ ASLANT = 0.1
 """Share by which inverse depths of neighbouring cells may differ from those of a plane: where in a cell of a third of a
 degree a pulse went blurs them by so much on floors that are seen at 3 degrees."""
 
+AT_A_TIME = 512
+"""Points of which first the cells and then the ranges are found."""
 MOST_KEPT = 64 << 20
 """Bytes of ranges read from files that stay in memory: those of the stations round a place, not of the building."""
 
@@ -152,7 +154,26 @@ def cube_cell(dx, dy, dz, edge):  # pyright: ignore
     return face, a, b
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, inline="always")
+def _place_of(dx, dy, dz, edge):  # pyright: ignore
+    """The number of the cell that ``cube_cell`` gives among all, found without branches: of many at a time."""
+    ax = abs(dx)
+    ay = abs(dy)
+    az = abs(dz)
+    on_x = (ax >= ay) & (ax >= az)
+    on_y = ay >= az
+    m = ax if on_x else ay if on_y else az
+    w = dx if on_x else dy if on_y else dz
+    u = dy if on_x else dx
+    v = dz if on_x | on_y else dy
+    face = (0 if on_x else 2 if on_y else 4) + (0 if w > 0 else 1)
+    s = 0.5 * edge / (m if m > 0.0 else 1.0)
+    a = min(int(u * s + 0.5 * edge), edge - 1)
+    b = min(int(v * s + 0.5 * edge), edge - 1)
+    return (face * edge + a) * edge + b if m > 0.0 else 0
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
 def add_hits(local, position, ranges):  # pyright: ignore
     """Keep the nearest range of points ``local`` (n, 3) float32 in ``ranges`` (6, edge, edge); in place.
 
@@ -160,16 +181,23 @@ def add_hits(local, position, ranges):  # pyright: ignore
     sees one surface in each direction, many for a cloud that was not taken from this position.
     """
     edge = ranges.shape[1]
+    flat = ranges.reshape(-1)
+    n, block = np.uint64(local.shape[0]), np.uint64(AT_A_TIME)
+    cell, away = np.empty(AT_A_TIME, np.uint32), np.empty(AT_A_TIME, np.float32)
     layered = 0
-    for i in range(np.uint64(local.shape[0])):
-        dx = local[i, 0] - position[0]
-        dy = local[i, 1] - position[1]
-        dz = local[i, 2] - position[2]
-        f, a, b = cube_cell(dx, dy, dz, edge)
-        r = np.sqrt(dx * dx + dy * dy + dz * dz)
-        old = ranges[f, a, b]
-        layered += old > 0.0 and abs(r - old) > 0.15 * r + 0.1
-        ranges[f, a, b] = r if old <= 0.0 or r < old else old
+    for first in range(np.uint64(0), n, block):
+        count = min(block, n - first)
+        for j in range(count):
+            dx = local[first + j, 0] - position[0]
+            dy = local[first + j, 1] - position[1]
+            dz = local[first + j, 2] - position[2]
+            cell[j] = _place_of(dx, dy, dz, edge)
+            away[j] = np.sqrt(dx * dx + dy * dy + dz * dz)
+        for j in range(count):
+            r = away[j]
+            old = flat[cell[j]]
+            layered += (old > 0.0) & (abs(r - old) > 0.15 * r + 0.1)
+            flat[cell[j]] = r if (old <= 0.0) | (r < old) else old
     return layered
 
 
