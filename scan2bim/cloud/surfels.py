@@ -173,31 +173,47 @@ def _merge(
         words = np.ascontiguousarray(run).view(np.uint32).reshape(-1, 3)
         sums, cells, used = _accumulate(words, slots, sums, cells, used, scale, corner - first, extent, eyes)
     slots[cells[:used]] = -1
-    order = np.argsort(cells[:used])
-    sums, cells = sums[order], cells[order]
     out = np.zeros(used, PART)
-    at = np.stack(np.unravel_index(cells, tuple(extent)), 1)
-    out["cell"] = at + first
-    n = sums[:, 0] >> 16
-    half_step = 0.5 * TILE / STEPS
-    mean = sums[:, 1:4] * half_step / n[:, None]
-    out["xyz"] = mean + tile * TILE
-    out["count"] = n
-    out["dz2"] = sums[:, 4] * half_step**2 / n - mean[:, 2] ** 2
-    out["rgb"] = np.stack([sums[:, 5] >> 32, sums[:, 5] & 0xFFFFFFFF, sums[:, 6]], 1) / n[:, None]
-    out["station"], out["seen"] = _most_seen(sums, eyes)
-    out["cut"] = _reaches_out(at - (corner - first), turn)
+    _fill(out, sums, cells, np.argsort(cells[:used]), extent, first, corner, turn, tile * float(TILE), eyes)
     return out
 
 
-def _reaches_out(low: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which voxels (n,) reach over their tile's sides; ``low`` (n, 3) are their corners from the tile's, in voxels
-    along the lattice's axes ``turn``.
+@nb.njit(cache=True, nogil=True)
+def _fill(out, sums, cells, order, extent, first, corner, turn, origin, eyes):  # pyright: ignore
+    """Parts (dtype PART) from the sums of voxels, in an order; ``first`` (3,) is the place of their surroundings in the
+    lattice, ``corner`` (3,) that of the tile's corner in voxels, ``turn`` the lattice's axes, ``origin`` (3,) metres.
     """
-    plan = low[:, :2] @ turn
-    corners = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) @ turn
-    over = ((plan + corners.min(0) < -1e-6) | (plan + corners.max(0) > NX + 1e-6)).any(1)
-    return over | (low[:, 2] < -1e-6) | (low[:, 2] + 1 > NZ + 1e-6)
+    half = 0.5 * TILE / STEPS
+    for i in range(len(order)):
+        k, part = order[i], out[i]
+        n = sums[k, 0] >> 16
+        part.count = n
+        for j in range(3):
+            part.xyz[j] = sums[k, 1 + j] * half / n + origin[j]
+        height = sums[k, 3] * half / n
+        part.dz2 = sums[k, 4] * half**2 / n - height * height
+        part.rgb[0], part.rgb[1], part.rgb[2] = (sums[k, 5] >> 32) / n, (sums[k, 5] & 0xFFFFFFFF) / n, sums[k, 6] / n
+        x, y, z = sums[k, 1] / n, sums[k, 2] / n, sums[k, 3] / n
+        kept = _changed(sums[k, 7], sums[k, 0] & 0xFFFF, x, y, z, eyes)
+        part.station, part.seen = kept & 0xFFFF, kept >> 16
+        u, rest = divmod(np.int64(cells[k]), extent[1] * extent[2])
+        v, w = rest // extent[2], rest % extent[2]
+        part.cell[0], part.cell[1], part.cell[2] = u + first[0], v + first[1], w + first[2]
+        part.cut = _reaches_out(u + first[0] - corner[0], v + first[1] - corner[1], w + first[2] - corner[2], turn)
+
+
+@nb.njit(cache=True, nogil=True)
+def _reaches_out(u, v, w, turn):  # pyright: ignore
+    """Whether a voxel reaches over its tile's sides; ``u``, ``v``, ``w`` are its corner's place from the tile's, in
+    voxels along the lattice's axes ``turn``.
+    """
+    over = w < -1e-6 or w + 1 > NZ + 1e-6
+    for j in range(2):
+        low = u * turn[0, j] + v * turn[1, j]
+        least = min(0.0, turn[0, j], turn[1, j], turn[0, j] + turn[1, j])
+        most = max(0.0, turn[0, j], turn[1, j], turn[0, j] + turn[1, j])
+        over |= low + least < -1e-6 or low + most > NX + 1e-6
+    return over
 
 
 def _put_together(parts: NDArray[np.void]) -> NDArray[np.void]:
@@ -300,17 +316,3 @@ def _changed(kept, station, x, y, z, eyes):  # pyright: ignore
         if one < other:
             return most << 16 | station
     return count << 16 | station if count > most else most << 16 | best
-
-
-@nb.njit(cache=True, nogil=True)
-def _most_seen(sums, eyes):  # pyright: ignore
-    """The station (m,) that has most of each voxel's points, and how many (m,)."""
-    station = np.empty(sums.shape[0], np.uint16)
-    seen = np.empty(sums.shape[0], np.int64)
-    for k in range(sums.shape[0]):
-        n = sums[k, 0] >> 16
-        x, y, z = sums[k, 1] / n, sums[k, 2] / n, sums[k, 3] / n
-        kept = _changed(sums[k, 7], sums[k, 0] & 0xFFFF, x, y, z, eyes)
-        station[k] = kept & 0xFFFF
-        seen[k] = kept >> 16
-    return station, seen
