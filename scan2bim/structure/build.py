@@ -33,6 +33,7 @@ from scan2bim.structure.plan import Plan, pixels_in, plan_of
 from scan2bim.structure.portals import Lintel, split_at_portals, under_lintel
 from scan2bim.structure.precision import wall_sigmas
 from scan2bim.structure.reveals import outer_thickness, reveal_depths
+from scan2bim.structure.risers import without_risers
 from scan2bim.structure.roofs import LEVEL, Slope, crown_of, find_roofs, roof_of, upper_edge
 from scan2bim.structure.shapes import (
     BeamShape,
@@ -115,6 +116,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
             plan = without_pillars(without_beams(plan, beams), pillars)
             walls = without_hanging(find_faces(plan), plan)
         spirals = [s.outline for s in (*below, *stairs) if s.kind == "spiral"]
+        walls = without_risers(walls, stairs, plan.columns)
         found = [as_glass(f, plan, near) for f in without_posts(walls, spirals)]
         behind = doubtful.between(scene.doubtful, low, high)
         plan, panes = with_panes(plan, found, scene.doubtful, behind, scene.stations)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from scan2bim.cloud.surfels import PLAN
 from scan2bim.structure.fits import Face
+from scan2bim.structure.plan import SAME_LEVEL, Plan
+from scan2bim.structure.strips import ceiling_on
 
 FARTHEST, FOLD = 0.35, 0.05
 """Metres before a wall at which curtains hang at most, and by which a line through their folds may cross its face."""
@@ -20,10 +24,71 @@ BESIDE = 0.15
 """Metres beyond a wall's end, as it was seen, at which a curtain may end: it hides the corner."""
 
 
-def without_curtains(faces: Sequence[Face]) -> list[Face]:
-    """The faces without those in folds that hang close before a longer and straighter one."""
+UNEVEN, PAST = 0.004, 3.0
+"""Root mean square, metres, of a face that hangs up to so many metres past what was seen of a wall, in its line: it
+hides the rest, if ...
+"""
+DEEP, OPEN = (0.08, 0.3), 0.4
+"""... the room goes on behind this share of it, where it hangs so far (metres) before the wall's line at its farthest."""
+OPPOSED, THICKEST = -0.96, 0.35
+"""Cosine up to which a face looks the other way, and metres behind another one at which it is that of its wall."""
+
+
+def without_curtains(plan: Plan, faces: Sequence[Face]) -> list[Face]:
+    """The faces without those in folds that hang close before a longer and straighter one, or before its line beyond
+    its end: then it goes on behind them.
+    """
     walls = [face for face in faces if face.sided]
-    return [face for face in faces if not any(_hangs_before(face, wall) for wall in walls)]
+    kept = [face for face in faces if not any(_hangs_before(face, wall) for wall in walls)]
+    for curtain in list(kept):
+        number = None if curtain.rms < UNEVEN or _opposed(curtain, faces) else _hides(plan, curtain, kept)
+        if number is not None:
+            wall = kept[number]
+            along = (curtain.ends() - wall.centre) @ wall.direction
+            kept[number] = replace(wall, low=min(wall.low, float(along.min())), high=max(wall.high, float(along.max())))
+            kept = [face for face in kept if face is not curtain]
+    return kept
+
+
+def _opposed(face: Face, faces: Sequence[Face]) -> bool:
+    """Whether the other face of a wall stands close behind."""
+    for other in faces:
+        behind = -float(((other.ends() - face.centre) @ face.normal).mean())
+        along = np.sort((other.ends() - face.centre) @ face.direction)
+        shared = min(along[1], face.high) - max(along[0], face.low)
+        if other.normal @ face.normal < OPPOSED and 0 < behind < THICKEST and shared > face.length / 2:
+            return True
+    return False
+
+
+def _hides(plan: Plan, face: Face, walls: Sequence[Face]) -> int | None:
+    """The number of the longer wall whose line a face hangs before, with the room going on between the two; or None."""
+    for number, wall in enumerate(walls):
+        if wall.length <= face.length or wall.normal @ face.normal < TURNED:
+            continue
+        ends = face.ends() - wall.centre
+        before, along = np.sort(ends @ wall.normal), np.sort(ends @ wall.direction)
+        near = before[0] > -FOLD and DEEP[0] < before[1] < DEEP[1]
+        if near and max(along[0] - wall.high, wall.low - along[1]) < PAST and _open_behind(plan, face, wall) > OPEN:
+            return number
+    return None
+
+
+def _open_behind(plan: Plan, face: Face, wall: Face) -> float:
+    """Share of a face behind which the room goes on up to a wall: that was seen up to the ceiling, or the ceiling was."""
+    before = ceiling_on(plan, face, 0.1, 0.5)
+    if not np.isfinite(before).any():
+        return 0.0
+    place = face.centre + np.arange(face.low + PLAN / 2, face.high, PLAN)[:, None] * face.direction
+    depth = (place - wall.centre) @ wall.normal
+    middle = place - np.maximum(depth / 2, PLAN)[:, None] * face.normal
+    pixel = np.clip(plan.grid.pixel_of(middle), 0, np.array(plan.floor.shape[::-1]) - 1)
+    height = np.where(plan.ceiling > 0, plan.ceiling_z, np.float32(np.nan))[pixel[:, 1], pixel[:, 0]]
+    level = (np.abs(height - np.nanmedian(before)) < SAME_LEVEL) & (depth > DEEP[0])
+    own = wall.columns[plan.columns.high[wall.columns] >= 2]
+    seen = (plan.columns.xy[own] - wall.centre) @ wall.direction
+    apart = np.abs(((place - wall.centre) @ wall.direction)[:, None] - seen)
+    return float((level | (apart.min(1, initial=np.inf) < PLAN)).mean())
 
 
 def _hangs_before(face: Face, wall: Face) -> bool:

@@ -115,7 +115,7 @@ def find_faces(plan: Plan) -> tuple[Face, ...]:
     ]
     faces = [f for f in faces if f.tall >= 0.12 * f.length]
     faces = with_strays(columns, _square_up(columns, faces), columns.high >= 3)
-    faces = without_curtains(without_furniture(plan, faces))
+    faces = without_curtains(plan, without_furniture(plan, faces))
     faces = _without_fillings(plan, without_open_leaves(faces, columns, main_direction(faces)))
     faces = sorted((f for f in faces if not over_sills(plan, f, faces)), key=lambda f: -f.length)
     return tuple(settled(columns, face, columns.high >= 3) for face in without_recesses(faces, faces))

@@ -6,6 +6,7 @@ What tells them from walls: they end below the room's ceiling, and that goes on 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,14 +26,43 @@ CORNER = 0.1
 """Metres off a front's end within which its side begins."""
 SQUARE = 0.2
 """Cosine up to which a side is square to its front."""
+OVER = 0.4
+"""Share of a cupboard over which the ceiling was seen to go on."""
+LONGER = 0.25
+"""Length, metres, of the shortest end of a wall's face that is a cupboard in line with it."""
+FEWEST = 3
+"""Columns in a row that tell that a wall's face reaches the ceiling: fewer may be a wall's that it meets."""
 
 
 def without_furniture(plan: Plan, faces: Sequence[Face]) -> list[Face]:
-    """Faces less those of high furniture: fronts over which the ceiling goes on, and the sides of such."""
+    """Faces less those of high furniture: fronts over which the ceiling goes on, and the sides of such; and without
+    what stands in line with a wall past its end.
+    """
+    faces = [_without_ends(plan, face) for face in faces]
     low = [face for face in faces if _gap(plan, face) > LOW and not _opposed(face, faces)]
     fronts = [face for face in low if _under_ceiling(plan, face)]
     gone = fronts + [face for face in low if any(_side_of(face, front) for front in fronts)]
     return [face for face in faces if not any(face is other for other in gone)]
+
+
+def _without_ends(plan: Plan, face: Face) -> Face:
+    """A face up to where it reaches the ceiling for the last time, if the ceiling goes on over what is beyond."""
+    along = (plan.columns.xy[face.columns] - face.centre) @ face.direction
+    tall = np.sort(along[plan.columns.high[face.columns] >= 2])
+    runs = [run for run in np.split(tall, np.flatnonzero(np.diff(tall) > 3 * PLAN) + 1) if len(run) >= FEWEST]
+    if not runs:
+        return face
+    low, high = float(runs[0][0]) - PLAN / 2, float(runs[-1][-1]) + PLAN / 2
+    if low - face.low > LONGER and _ceiling_over(plan, replace(face, high=low)):
+        face = replace(face, low=low)
+    if face.high - high > LONGER and _ceiling_over(plan, replace(face, low=high)):
+        face = replace(face, high=high)
+    return replace(face, columns=face.columns[(along > face.low) & (along < face.high)])
+
+
+def _ceiling_over(plan: Plan, face: Face) -> bool:
+    """Whether a ceiling was seen over a face and right behind it, where a wall would be."""
+    return bool(np.isfinite(ceiling_on(plan, face, -2 * PLAN, 0.0)).all(0).mean() > OVER)
 
 
 def _gap(plan: Plan, face: Face) -> float:

@@ -15,6 +15,7 @@ from scan2bim.cloud.panorama import Panorama
 from scan2bim.cloud.surfels import PLAN, Surfels
 from scan2bim.structure.columns import F64, gather_columns
 from scan2bim.structure.faces import Face, grow_faces, over_sills, without_recesses
+from scan2bim.structure.fits import BAND
 from scan2bim.structure.free_space import seen_beyond
 from scan2bim.structure.plan import Plan, without_ceiling
 from scan2bim.structure.storeys import Layers
@@ -43,6 +44,12 @@ back: clean panes return few.
 """
 APART = 0.15
 """Distance, metres, from a seen wall face within which nothing is taken for another."""
+CROWD = (0.05, 0.25)
+"""Metres before and behind a pane between which the air is nearly empty, unlike in a crowd of reflections and mixed
+pixels, through which many lines can be laid.
+"""
+DENSER = 5.0
+"""How many times denser a pane is than what stands there (measured: panes 9 and more, lines in crowds below 4)."""
 
 
 def with_panes(
@@ -59,8 +66,17 @@ def with_panes(
     panes = [f for f in without_recesses(panes, faces) if not any(_beside(f, other) for other in faces)]
     joined = replace(plan, columns=plan.columns.joined(columns))
     first = len(plan.columns)
-    panes = [replace(f, columns=f.columns + first, glass=True) for f in panes]
+    panes = [replace(f, columns=f.columns + first, glass=True) for f in panes if not _in_crowd(f, joined)]
     return joined, [f for f in panes if not over_sills(joined, f, faces)]
+
+
+def _in_crowd(pane: Face, plan: Plan) -> bool:
+    """Whether as much stands before and behind a pane as on it."""
+    offset = plan.columns.xy - pane.centre
+    along, away = offset @ pane.direction, np.abs(offset @ pane.normal)[:, None]
+    within = ((along > pane.low) & (along < pane.high))[:, None]
+    on, beside = (within & (away >= [0.0, CROWD[0]]) & (away < [BAND, CROWD[1]])).sum(0)
+    return bool(on / BAND < DENSER * beside / (CROWD[1] - CROWD[0]))
 
 
 def as_glass(face: Face, plan: Plan, panoramas: Sequence[Panorama]) -> Face:

@@ -1,49 +1,38 @@
-"""Curtains before a wall are no faces."""
-
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-import pytest
+from numpy.typing import NDArray
+from surfaces import level, plan, upright
 
-from scan2bim.structure.curtains import without_curtains
-from scan2bim.structure.fits import Face
+from scan2bim.structure.faces import Face, find_faces
 
-WALL = Face(np.zeros(2), np.array([0.0, 1.0]), -3.0, 3.0, np.arange(9), 0.002, 4.5, True)
-"""A wall along x, its room towards y, with a window in it."""
-
-
-def before(
-    distance: float, rms: float, along: float = 0.0, turned: float = 0.0, seen: float = 0.6, sided: bool = True
-) -> Face:
-    """A short face, metres before the wall, its middle ``along`` it, ``turned`` by radians."""
-    normal = np.array([np.sin(turned), np.cos(turned)])
-    return Face(np.array([along, distance]), normal, -seen / 2, seen / 2, np.arange(9), rms, seen, sided)
+F64 = NDArray[np.float64]
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.2, -0.2])
-def test_folds_close_before_a_straight_wall_are_a_curtain(turned: float) -> None:
-    assert without_curtains([WALL, before(0.1, 0.010, turned=turned)]) == [WALL]
+def room_with(hung: list[F64], ceiling_to: float) -> list[Face]:
+    """Faces along y = 0 of a room of 6 x 3 x 2.5 m, whose wall there was seen up to x = 4 alone: something hangs before
+    the rest, behind which the ceiling was seen down to y = ``ceiling_to``.
+    """
+    walls = [((6.0, 0.0), (6.0, 3.0)), ((6.0, 3.0), (0.0, 3.0)), ((0.0, 3.0), (0.0, 0.0)), ((0.0, 0.0), (4.0, 0.0))]
+    flat = [level(0, 0.15, 6, 3, 0.0), level(0, 0, 4, 3, 2.5), level(4, ceiling_to, 6, 3, 2.5)]
+    faces = find_faces(plan([[*flat, *(upright(a, b, 0.0, 2.5) for a, b in walls), *hung]], [(2.5, 1.5)]))
+    return [f for f in faces if f.normal[1] > 0.9 and abs(f.centre[1]) < 0.3]
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        before(0.1, 0.002),
-        before(0.6, 0.010),
-        before(-0.15, 0.010),
-        before(0.1, 0.010, along=3.2),
-        before(0.1, 0.010, turned=np.pi / 2),
-        before(0.1, 0.010, seen=3.0),
-        before(0.1, 0.010, sided=False),
-    ],
-    ids=["a pier", "farther off", "behind it", "beyond its end", "square to it", "as long", "from no side"],
-)
-def test_what_is_straight_or_stands_elsewhere_is_none(other: Face) -> None:
-    assert without_curtains([WALL, other]) == [WALL, other]
+def folds() -> list[F64]:
+    """A curtain in folds, 10 to 17 cm before the wall's line, that reaches up to 10 cm below the ceiling."""
+    x = np.linspace(4.05, 5.95, 39)
+    y = 0.135 + 0.025 * np.sin(2 * np.pi * (x - 4) / 0.25)
+    return [upright((x[k], y[k]), (x[k + 1], y[k + 1]), 0.0, 2.4) for k in range(len(x) - 1)]
 
 
-def test_where_walls_are_as_rough_nothing_is_told() -> None:
-    rough = replace(WALL, rms=0.008)
-    assert len(without_curtains([rough, before(0.1, 0.010)])) == 2
+def test_a_wall_goes_on_behind_a_curtain_that_hides_it_up_to_the_corner() -> None:
+    faces = room_with(folds(), 0.0)
+    assert len(faces) == 1
+    assert abs(faces[0].centre[1]) < 0.01
+    assert faces[0].ends()[:, 0].max() > 5.8
+
+
+def test_an_even_face_before_a_walls_line_is_the_wall_there() -> None:
+    faces = room_with([upright((4.0, 0.15), (6.0, 0.15), 0.0, 2.5)], 0.15)
+    assert {round(float(f.centre[1]), 2) for f in faces} == {0.0, 0.15}

@@ -47,3 +47,12 @@ def test_a_partition_that_ends_below_the_ceiling_is_a_wall() -> None:
     beyond = [level(FRONT + 0.1, 0, 8, 3, 0.0), level(5, 0, 8, 3, 2.5), behind]
     faces = find_faces(plan([before, beyond], [(2.0, 1.5), (6.5, 1.5)]))
     assert len([f for f in faces if abs(f.normal[0]) > 0.99 and abs(f.centre[0] - FRONT - 0.05) < 0.1]) == 2
+
+
+def test_a_cupboard_in_line_with_a_partition_does_not_prolong_it() -> None:
+    """A partition of 10 cm ends in the room, and a low cupboard with its front in its line stands beside."""
+    room = room_with(2.5, FRONT)
+    stub = [upright((0.0, 1.5), (2.0, 1.5), 0.0, 2.5), upright((2.0, 1.4), (0.0, 1.4), 0.0, 2.5)]
+    faces = find_faces(plan([[*room, *stub, upright((2.0, 1.5), (3.0, 1.5), 0.0, 1.0)]], [(3.0, 2.5)]))
+    partition = next(f for f in faces if abs(f.normal[1]) > 0.99 and abs(f.centre[1] - 1.5) < 0.02)
+    assert abs(partition.ends()[:, 0].max() - 2.0) < 0.08
