@@ -29,7 +29,7 @@ UNEVEN, PAST = 0.004, 3.0
 hides the rest, if ...
 """
 DEEP, OPEN = (0.08, 0.3), 0.4
-"""... the room goes on behind this share of it, where it hangs so far (metres) before the wall's line at its farthest."""
+"""... the room goes on behind this share of it, where it hangs so far, metres, before the wall's line at most."""
 OPPOSED, THICKEST = -0.96, 0.35
 """Cosine up to which a face looks the other way, and metres behind another one at which it is that of its wall."""
 
@@ -75,7 +75,7 @@ def _hides(plan: Plan, face: Face, walls: Sequence[Face]) -> int | None:
 
 
 def _open_behind(plan: Plan, face: Face, wall: Face) -> float:
-    """Share of a face behind which the room goes on up to a wall: that was seen up to the ceiling, or the ceiling was."""
+    """Share of a face behind which a wall was seen up to the ceiling, or the room's ceiling up to the wall."""
     before = ceiling_on(plan, face, 0.1, 0.5)
     if not np.isfinite(before).any():
         return 0.0
