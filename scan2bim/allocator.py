@@ -1,4 +1,4 @@
-"""Keep freed memory for the next chunk instead of giving it back to the system, to ask for it again page by page."""
+"""Keep freed memory for the next arrays instead of giving it back to the system, to ask for it again page by page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ KEPT = 64 << 20
 
 
 def keep_chunks() -> None:
-    """Tell glibc's allocator to keep blocks of a chunk's size. Does nothing elsewhere."""
+    """Tell glibc's allocator to keep blocks of the size of a chunk or an image. Does nothing elsewhere."""
     if not sys.platform.startswith("linux"):
         return
     with contextlib.suppress(OSError, AttributeError):

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scan2bim import __version__
+from scan2bim.allocator import keep_chunks
 from scan2bim.cloud.frame import SurveyFrame
 from scan2bim.config import Settings, settings_toml
 from scan2bim.errors import InputError
@@ -80,6 +81,7 @@ def convert(request: Request, reporter: Reporter) -> Outcome:
     """
     from scan2bim.exporters.registry import write_outputs
 
+    keep_chunks()
     ensure_numba_cache(request.work / "numba")
     with RunLog() as log:
         scans = checked_inputs(request)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scan2bim.allocator import keep_chunks
 from scan2bim.errors import UsageError
 from scan2bim.logs import RunLog
 from scan2bim.numbacache import ensure_numba_cache
@@ -48,6 +49,7 @@ def plan_survey(request: SurveyRequest, reporter: Reporter) -> SurveyPlan:
 
     Raises UsageError, InputError, PrecheckError, StageError or ResourceError.
     """
+    keep_chunks()
     ensure_numba_cache(request.scans.work / "numba")
     from scan2bim.cloud.scene import load_scene
     from scan2bim.coverage.next_scan import plan_scans

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scan2bim.allocator import keep_chunks
 from scan2bim.errors import PrecheckError, StageError
 from scan2bim.logs import RunLog
 from scan2bim.numbacache import ensure_numba_cache
@@ -63,6 +64,7 @@ def verify(request: VerifyRequest, reporter: Reporter) -> Verified:
     """
     from scan2bim.ifcfile import open_ifc
 
+    keep_chunks()
     ensure_numba_cache(request.scans.work / "numba")
     with RunLog() as log:
         open_ifc(request.model)

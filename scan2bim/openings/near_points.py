@@ -33,7 +33,7 @@ CELL = 0.1
 CELLS = round(TILE / CELL)
 HELD = 1 << 20
 """Points held until they are sorted by wall: 16 bytes each."""
-WAITING = 16 << 20
+WAITING = 8 << 20
 """Sorted points that wait in memory for the rest of their walls, 12 bytes each; what are more go to a file."""
 LINE = 10
 """Numbers of a wall's line."""
