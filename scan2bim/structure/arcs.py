@@ -54,6 +54,10 @@ SAGITTA = 0.002
 """Metres that a polygon's edges leave an arc."""
 ON_ARC = 0.006
 """Metres within which an edge of an outline made so lies on the arc."""
+CLOSE, LONGER = (0.05, 0.35, 0.1), 1.5
+"""Metres by which what hangs or stands before a straight face lies behind and before that at most, and by which the
+face goes on beyond both ends of it, at least; and times as long as it that the face is.
+"""
 F64 = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 I64 = NDArray[np.int64]
@@ -113,10 +117,24 @@ def find_bends(plan: Plan, faces: Sequence[Face]) -> list[Bend]:
             if any(_follows(bend, f) for bend in found for f in (piece, other)):
                 continue
             bend = _bend(columns, standing, piece, other)
-            if bend is not None and bend.rms < BETTER * _straight_rms(columns, bend, pieces):
+            if bend is None or any(_bulges_from(bend, f) for f in faces):
+                continue
+            if bend.rms < BETTER * _straight_rms(columns, bend, pieces):
                 found.append(bend)
                 break
     return sorted((_drawn_on(b) for b in found), key=lambda b: -b.length)
+
+
+def _bulges_from(bend: Bend, face: Face) -> bool:
+    """Whether an arc lies close before a straight face that is longer and goes on beyond both of its ends: something
+    hangs or stands there.
+    """
+    arc = bend.points(0.0, bend.sweep)
+    air = (bend.centre - arc.mean(0)) * (1.0 if bend.inside else -1.0)
+    before, along = (arc - face.centre) @ face.normal, (arc - face.centre) @ face.direction
+    near = before.min() > -CLOSE[0] and before.max() < CLOSE[1] and air @ face.normal > 0.0
+    beyond = min(along.min() - face.low, face.high - along.max())
+    return bool(face.sided and near and beyond > CLOSE[2] and face.length > LONGER * bend.length)
 
 
 def _drawn_on(bend: Bend) -> Bend:

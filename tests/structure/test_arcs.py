@@ -14,6 +14,7 @@ from scan2bim.geometry.arcs import Arc
 from scan2bim.structure.arcs import Bend, bent_to, find_bends
 from scan2bim.structure.columns import Columns, Grid
 from scan2bim.structure.faces import find_faces
+from scan2bim.structure.fits import Face
 from scan2bim.structure.plan import Plan
 from scan2bim.structure.shapes import WallShape
 from scan2bim.structure.storeys import StoreyLevels
@@ -65,6 +66,17 @@ def test_a_round_face_goes_on_across_a_door() -> None:
     plan = plan_with(np.vstack([one, two]), np.vstack([view_one, view_two]))
     (bend,) = find_bends(plan, find_faces(plan))
     assert bend.sweep == pytest.approx(1.7 + 0.5 / 3.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("half", "number"), [(2.5, 0), (1.3, 1)])
+def test_what_bulges_from_a_straight_wall_that_goes_on_beside_it_is_not_round(half: float, number: int) -> None:
+    places, views = round_face(3.0, math.pi / 2 - 0.35, math.pi / 2 + 0.35, False)
+    plan = plan_with(places, views)
+    line = np.array([6.0, places[:, 1].min() - 0.02])
+    wall = Face(line, np.array([0.0, 1.0]), -half, half, np.arange(9), 0.003, half, True)
+    pieces = find_faces(plan)
+    assert len(find_bends(plan, pieces)) == 1
+    assert len(find_bends(plan, [*pieces, wall])) == number
 
 
 def test_the_faces_of_a_polygon_and_the_corners_of_a_room_are_not_round() -> None:
