@@ -1,8 +1,11 @@
 """Fit the weights of ``scan2bim.openings.confidence``, and print how well they are calibrated on other scenes.
 
     python tests/benchmarks/fit_openings.py --fit SCENE=WORK ... --test SCENE=WORK ...
+    python tests/benchmarks/fit_openings.py --stretch BUILDING:SCENE=WORK ...
 
-SCENE is a folder with a truth.json of simulated scans, WORK the work folder of their conversion.
+SCENE is a folder with a truth.json of simulated scans, WORK the work folder of their conversion. ``--stretch`` keeps
+what the weights say of openings by each other and stretches it about even odds to how often they are right, so that an
+opening for which nothing speaks stays unlikely, and prints how well each BUILDING is told by what the others give.
 """
 
 from __future__ import annotations
@@ -25,6 +28,8 @@ RIDGE = 0.3
 """Weight of the squares of the weights: few false openings are in the scenes."""
 MATCH = 0.5
 """Least overlap (intersection over union) with a true opening of its kind."""
+DOOR = len(WEIGHTS) - 1
+"""The feature that tells doors."""
 KINDS = {"window": ("windows",), "door": ("doors",), "passage": ("openings", "doors")}
 
 
@@ -80,9 +85,14 @@ def overlap(opening: OpeningShape, wall: WallShape, corners: F64) -> float:
 def main() -> None:
     """Fit on some scenes, test on others."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fit", nargs="+", required=True, metavar="SCENE=WORK")
+    parser.add_argument("--fit", nargs="+", default=[], metavar="SCENE=WORK")
+    parser.add_argument("--stretch", nargs="+", default=[], metavar="BUILDING:SCENE=WORK")
     parser.add_argument("--test", nargs="+", default=[], metavar="SCENE=WORK")
     arguments = parser.parse_args()
+    if arguments.stretch:
+        stretch(arguments.stretch)
+    if not arguments.fit:
+        return
     known = joined(arguments.fit)
     weights = fitted(known.rows, known.right, RIDGE)
     print("WEIGHTS = np.array(", [round(float(w), 2) for w in weights], ")")
@@ -93,6 +103,29 @@ def main() -> None:
         told("windows of these", other.only(other.window), weights)
 
 
+def stretch(pairs: list[str]) -> None:
+    """Print the weights stretched to all, and how well each building is told by the others."""
+    buildings = [pair.partition(":")[0] for pair in pairs]
+    parts = {
+        b: joined([p.partition(":")[2] for p, c in zip(pairs, buildings, strict=True) if b == c]) for b in buildings
+    }
+    whole = together(list(parts.values()))
+    print("WEIGHTS = np.array(", [round(float(w), 2) for w in stretched(whole)], ")")
+    said = [p.rows @ stretched(together([o for c, o in parts.items() if c != b])) for b, p in parts.items()]
+    rows = np.concatenate(said)[:, None]
+    for name, mask in (
+        ("all", np.ones(len(rows), bool)),
+        ("windows", whole.window),
+        ("doors", whole.rows[:, DOOR] > 0),
+    ):
+        tell(f"held out, {name}", judged(rows[mask], whole.right[mask], np.ones(1), LEAST, MOST))
+
+
+def stretched(known: Examples) -> F64:
+    """The weights as they are, by one factor, to how often openings are right."""
+    return WEIGHTS * fitted((known.rows @ WEIGHTS)[:, None], known.right, 0.0)[0]
+
+
 def told(name: str, found: Examples, weights: F64) -> None:
     """Print how well ``weights`` are calibrated."""
     tell(name, judged(found.rows, found.right, weights, LEAST, MOST))
@@ -100,7 +133,11 @@ def told(name: str, found: Examples, weights: F64) -> None:
 
 def joined(pairs: list[str]) -> Examples:
     """Of several SCENE=WORK."""
-    found = [examples(*map(Path, pair.split("="))) for pair in pairs]
+    return together([examples(*map(Path, pair.split("="))) for pair in pairs])
+
+
+def together(found: list[Examples]) -> Examples:
+    """All of several."""
     return Examples(
         np.concatenate([f.rows for f in found]),
         np.concatenate([f.right for f in found]),
