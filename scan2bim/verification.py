@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from scan2bim.verify.build import Found
     from scan2bim.verify.result import Report
 
-VERIFY = Stage("verify", 11, ("read",), lambda s: s.verify, 3.0, 250)
-REPORT = Stage("report", 3, ("verify",), lambda s: None, 2.0, 0)
+VERIFY = Stage("verify", 12, ("read",), lambda s: s.verify, 3.0, 250)
+REPORT = Stage("report", 4, ("verify",), lambda s: None, 2.0, 0)
 
 
 @dataclass(frozen=True, slots=True)

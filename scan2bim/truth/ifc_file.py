@@ -123,7 +123,8 @@ class IfcModel:
         if not found:
             return self._rigid_operation()
         conversion = found[0]
-        x, y = conversion.XAxisAbscissa or 1.0, conversion.XAxisOrdinate or 0.0
+        x = 1.0 if conversion.XAxisAbscissa is None else conversion.XAxisAbscissa
+        y = conversion.XAxisOrdinate or 0.0
         length = float(np.hypot(x, y)) or 1.0
         c, s = x / length, y / length
         # Eastings are in the map's unit: metres, or else what the projected system says. Scale maps units, not metres.

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scan2bim.verify.additions import storey_at
 from scan2bim.verify.detected import Detected
-from scan2bim.verify.ifc_model import ModelElement
+from scan2bim.verify.ifc_model import IfcModel, ModelStorey
 from scan2bim.verify.openings import ANGLE, FLUSH, OPEN, PLANE, SURE, OpeningContext
 from scan2bim.verify.result import Addition
 from scan2bim.verify.status import Surface
@@ -23,11 +24,9 @@ LEAST_SEEN = 0.3
 """Square metres of that place that must be seen."""
 
 
-def added_openings(
-    context: OpeningContext, elements: Sequence[ModelElement], matched: set[int], to_model: F64
-) -> list[Addition]:
+def added_openings(context: OpeningContext, model: IfcModel, matched: set[int], to_model: F64) -> list[Addition]:
     """Detected openings in walls that are drawn without them."""
-    surface = context.surface
+    surface, elements = context.surface, model.elements
     walls = [i for i, e in enumerate(elements) if e.role == "compared" and "Wall" in e.ifc_class]
     out: list[Addition] = []
     for number, found in enumerate(context.detected):
@@ -50,7 +49,7 @@ def added_openings(
         flush = found.state == "closed" and found.tells_place
         open_there = gone > (OPEN if found.confidence >= SURE else WELL_OPEN) * seen
         if seen > LEAST_SEEN and (flush or open_there):
-            out.append(_addition(found, host, len(out), gone, to_model))
+            out.append(_addition(found, host, len(out), gone, to_model, model.storeys))
     return out
 
 
@@ -67,7 +66,9 @@ def _under(surface: Surface, cells: NDArray[np.int64], found: Detected) -> Mask:
     )
 
 
-def _addition(found: Detected, host: str, number: int, area: float, to_model: F64) -> Addition:
+def _addition(
+    found: Detected, host: str, number: int, area: float, to_model: F64, storeys: Sequence[ModelStorey]
+) -> Addition:
     half = np.array([*(np.abs(found.along) * found.width / 2 + 0.1), found.height / 2])
     middle = to_model[:3, :3] @ found.middle + to_model[:3, 3]
     reach = np.abs(to_model[:3, :3]) @ half
@@ -76,7 +77,7 @@ def _addition(found: Detected, host: str, number: int, area: float, to_model: F6
     return Addition(
         id=f"opening-{number + 1}",
         guess=found.kind,
-        storey="",
+        storey=storey_at(storeys, float(middle[2])),
         lower=_vector(middle - reach),
         upper=_vector(middle + reach),
         points=0,

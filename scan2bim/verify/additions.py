@@ -14,6 +14,7 @@ from scan2bim.geometry.graphs import connected_parts
 from scan2bim.geometry.space_index import SpaceIndex
 from scan2bim.verify.compare import Owned
 from scan2bim.verify.ifc_model import ModelStorey
+from scan2bim.verify.leaves import Doorway, is_leaf
 from scan2bim.verify.moved import Body
 from scan2bim.verify.patches import Gap, main_direction
 from scan2bim.verify.result import Addition
@@ -93,8 +94,9 @@ class Unexplained:
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
     """What tells built things from furniture: ``box`` (2, 3) of the model, ``ceilings`` (n, 3), places on surfaces that
-    look down, which walls reach and furniture seldom does, and the ``windows``, before which curtains hang; all in the
-    local frame; so are the ``moved`` elements, whose surface is no addition. storeys: in the model's axes.
+    look down, which walls reach and furniture seldom does, the ``windows``, before which curtains hang, and the
+    ``doors``, whose leaves stand open; all in the local frame; so are the ``moved`` elements, whose surface is no
+    addition. storeys: in the model's axes.
     """
 
     box: F64
@@ -102,6 +104,7 @@ class Surroundings:
     windows: tuple[Gap, ...]
     storeys: tuple[ModelStorey, ...]
     moved: tuple[Body, ...] = ()
+    doors: tuple[Doorway, ...] = ()
 
 
 def find_additions(unexplained: Unexplained, around: Surroundings, to_model: F64) -> tuple[Addition, ...]:
@@ -164,17 +167,22 @@ def _addition(
     own = middle @ to_model[:3, :3].T + to_model[:3, 3]
     lower, upper = own.min(axis=0) - EDGE / 2, own.max(axis=0) + EDGE / 2
     article = "an" if guess == "object" else "a"
-    below = [s for s in storeys if s.elevation <= (lower[2] + upper[2]) / 2]
     return Addition(
         id=f"region-{number}",
         guess=guess,
-        storey=below[-1].name if below else "",
+        storey=storey_at(storeys, (lower[2] + upper[2]) / 2),
         lower=_vector(lower),
         upper=_vector(upper),
         points=points,
         area=round(len(middle) * EDGE**2, 2),
         sentence=f"{length:.1f} x {width:.1f} x {height:.1f} m that no element explains; it may be {article} {guess}.",
     )
+
+
+def storey_at(storeys: Sequence[ModelStorey], height: float) -> str:
+    """Name of the storey, of those in order, whose floor is the next under a height, metres in the model's axes."""
+    below = [s.name for s in storeys if s.elevation <= height]
+    return below[-1] if below else ""
 
 
 def _sizes(middle: F64) -> tuple[float, float, float]:
@@ -196,7 +204,9 @@ def _guess(middle: F64, upright: bool, around: Surroundings) -> Guess:
     wall = upright and length >= 0.9 and width <= 0.45
     column = height >= 1.8 and width >= 0.1 and length <= 0.9
     least = REACHING if length < LONGEST else 0.0
-    if not (wall or column) or _reaching(middle, around.ceilings) <= least or _hangs(middle, around.windows):
+    if not (wall or column) or _reaching(middle, around.ceilings) <= least:
+        return "object"
+    if _hangs(middle, around.windows) or is_leaf(middle, around.doors):
         return "object"
     return "wall" if wall else "column"
 

@@ -19,6 +19,7 @@ from scan2bim.verify.detected import detected_openings
 from scan2bim.verify.faces import FaceTable, Plane, areas_of, find_planes, make_faces
 from scan2bim.verify.ifc_model import IfcModel, read_model
 from scan2bim.verify.inputs import Inputs
+from scan2bim.verify.leaves import doorways
 from scan2bim.verify.moved import moved_bodies
 from scan2bim.verify.openings import OpeningContext, judge_openings, placed_gap
 from scan2bim.verify.outlines import Profiles
@@ -27,6 +28,7 @@ from scan2bim.verify.place import Placement, place_model
 from scan2bim.verify.reach import within_reach
 from scan2bim.verify.result import ElementResult, Report
 from scan2bim.verify.status import Surface, judge_elements
+from scan2bim.verify.unvoided import with_openings
 from scan2bim.verify.visibility import look, opaque_bodies
 
 F64 = NDArray[np.float64]
@@ -62,7 +64,7 @@ class Found:
 
 def verify_model(inputs: Inputs, settings: VerifySettings, progress: Progress) -> Found:
     """Compare a model with scans. Raises InputError or PrecheckError."""
-    model = read_model(inputs.model)
+    model = with_openings(read_model(inputs.model))
     gaps = find_gaps(model)
     model = with_patches(model, gaps)
     summaries = tuple(ScanSummary.load(folder) for folder in inputs.scan_folders)
@@ -123,7 +125,8 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     fills, matched = judge_openings(context, elements, tolerances)
     windows = tuple(g for g in context.gaps if g.fill is not None and g.fill.ifc_class.startswith("IfcWindow"))
     moved = moved_bodies(elements, results, to_model)
-    around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys, moved)
+    doors = doorways(context.gaps, context.detected)
+    around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys, moved, doors)
     additions = find_additions(seen.unexplained, around, to_model)
     report = Report(
         program=f"scan2bim {__version__}",
@@ -135,7 +138,7 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         unexplained_points=surface.measured.unexplained,
         placing=seen.placement.told,
         elements=(*results, *fills, *_others(model, settings)),
-        additions=(*added_openings(context, elements, matched, to_model), *layers, *additions),
+        additions=(*added_openings(context, model, matched, to_model), *layers, *additions),
         notes=(*(() if surface.asked else (UNASKED,)), *doubt(results)),
     )
     return Found(report, model, surface, seen.placement, seen.anchor, seen.source)

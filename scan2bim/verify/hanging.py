@@ -35,13 +35,19 @@ class Hanging:
         return Hanging(turn @ self.hinge, turn @ self.swing)
 
 
-def drawn_hanging(product: Any, operation: str | None) -> Hanging | None:
+def drawn_hanging(product: Any, operation: str | None, body: F64) -> Hanging | None:
     """Of a door with one hinged leaf, else None: its own y axis is where the leaf swings to, and left and right are
-    those of one who looks along it (ISO 16739, IfcDoorTypeOperationEnum).
+    those of one who looks along it (ISO 16739, IfcDoorTypeOperationEnum). Axes that do not start at its ``body`` (v, 3),
+    in the file's unit, are not its own: programs that write triangles may leave all in those of the building.
     """
     if operation not in HINGED or product.ObjectPlacement is None:
         return None
-    axes = placement_util.get_local_placement(product.ObjectPlacement)[:2, :2]
+    placement = placement_util.get_local_placement(product.ObjectPlacement)
+    low, high = body.min(axis=0)[:2], body.max(axis=0)[:2]
+    size = float((high - low).max())
+    if ((placement[:2, 3] < low - size) | (placement[:2, 3] > high + size)).any():
+        return None
+    axes = placement[:2, :2]
     along, swing = axes[:, 0] / np.linalg.norm(axes[:, 0]), axes[:, 1] / np.linalg.norm(axes[:, 1])
     return Hanging(-along if operation.endswith("LEFT") else along, swing)
 

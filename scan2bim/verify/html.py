@@ -234,7 +234,7 @@ def _plans(found: Found) -> str:
     results = {e.guid: e for e in found.report.elements}
     drawn = [(e, results[e.guid]) for e in found.model.elements if e.guid in results and e.role != "patch"]
     numbers, added = _numbers(found.report), _built(found.report)
-    names = [s.name for s in found.model.storeys]
+    names = list(dict.fromkeys(s.name for s in found.model.storeys))
     names += sorted({r.storey for _, r in drawn} - set(names))
     parts: list[str] = []
     for name in names:

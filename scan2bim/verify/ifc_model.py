@@ -119,6 +119,7 @@ def read_model(path: Path) -> IfcModel:
 def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[ModelElement]:
     openings = {r.RelatedOpeningElement.GlobalId: r.RelatingBuildingElement for r in file.by_type("IfcRelVoidsElement")}
     fills = {r.RelatedBuildingElement.GlobalId: r.RelatingOpeningElement for r in file.by_type("IfcRelFillsElement")}
+    scale = unit_util.calculate_unit_scale(file)
     # Threads finish them in any order.
     bodies = {guid: (vertices, triangles, glass) for guid, vertices, triangles, glass in _bodies(file, products)}
     for product in products:
@@ -137,7 +138,7 @@ def _elements(file: ifcopenshell.file, products: Sequence[Any]) -> Iterator[Mode
             triangles=triangles,
             glass=glass,
             host=None if host is None else host.GlobalId,
-            hanging=drawn_hanging(product, _operation(product)),
+            hanging=drawn_hanging(product, _operation(product), vertices / scale),
         )
 
 
@@ -232,26 +233,36 @@ def _operation(product: Any) -> str | None:
     return None
 
 
+def _metres(unit: Any, file: ifcopenshell.file) -> float:
+    """Of a unit of maps, the file's own where none is stated."""
+    if unit is None:
+        return float(unit_util.calculate_unit_scale(file))
+    factor = 1.0
+    while unit.is_a("IfcConversionBasedUnit"):
+        measure = unit.ConversionFactor
+        factor *= measure.ValueComponent.wrappedValue
+        unit = measure.UnitComponent
+    prefix = getattr(unit, "Prefix", None)
+    return factor * (unit_util.get_prefix_multiplier(prefix) if prefix else 1.0)
+
+
 def conversion_of(file: ifcopenshell.file) -> MapConversion | None:
     """How the model's coordinates became those of the map, None where the file does not say."""
     if file.schema == "IFC2X3":
         return None
     for entry in file.by_type("IfcMapConversion"):
         target = entry.TargetCRS
-        unit = getattr(target, "MapUnit", None)
-        metres = unit_util.calculate_unit_scale(file)
-        if unit is not None and unit.is_a("IfcSIUnit"):
-            metres = unit_util.get_prefix_multiplier(unit.Prefix) if unit.Prefix else 1.0
-        turn = math.atan2(entry.XAxisOrdinate or 0.0, entry.XAxisAbscissa or 1.0)
+        metres = _metres(getattr(target, "MapUnit", None), file)
+        across = 1.0 if entry.XAxisAbscissa is None else entry.XAxisAbscissa
         return MapConversion(
             entry.Eastings * metres,
             entry.Northings * metres,
             (entry.OrthogonalHeight or 0.0) * metres,
-            turn,
+            math.atan2(entry.XAxisOrdinate or 0.0, across),
             getattr(target, "Name", None),
         )
     for entry in file.by_type("IfcRigidOperation") if file.schema_identifier == "IFC4X3_ADD2" else ():
-        metres = unit_util.calculate_unit_scale(file)
+        metres = _metres(getattr(entry.TargetCRS, "MapUnit", None), file)
         if entry.FirstCoordinate.is_a("IfcLengthMeasure"):
             east, north = (value.wrappedValue * metres for value in (entry.FirstCoordinate, entry.SecondCoordinate))
             return MapConversion(east, north, (entry.Height or 0.0) * metres, 0.0, entry.TargetCRS.Description)
