@@ -37,8 +37,8 @@ class Hanging:
 
 def drawn_hanging(product: Any, operation: str | None, body: F64) -> Hanging | None:
     """Of a door with one hinged leaf, else None: its own y axis is where the leaf swings to, and left and right are
-    those of one who looks along it (ISO 16739, IfcDoorTypeOperationEnum). Axes that do not start at its ``body`` (v, 3),
-    in the file's unit, are not its own: programs that write triangles may leave all in those of the building.
+    those of one who looks along it (ISO 16739, IfcDoorTypeOperationEnum). Axes that do not start at its ``body`` (v,
+    3), in the file's unit, are not its own: programs that write triangles may leave all in those of the building.
     """
     if operation not in HINGED or product.ObjectPlacement is None:
         return None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from scan2bim.verify.additions import EDGE, Surroundings, _guess  # pyright: ignore[reportPrivateUsage]
+from scan2bim.verify.leaves import Doorway
 from scan2bim.verify.patches import Gap
 
 F64 = NDArray[np.float64]
@@ -62,3 +65,12 @@ def test_a_curtain_before_a_window_is_no_column() -> None:
 def test_a_wall_that_ends_at_a_window_stays_one() -> None:
     across = block((2.4, 0.0, 0.0), (2.5, 3.0, CEILING))
     assert _guess(across, True, room(window())) == "wall"
+
+
+def test_in_a_room_hardly_taller_than_its_doors_an_open_leaf_is_no_wall() -> None:
+    doors = (Doorway(np.array([[1.0, 2.05], [1.0, 1.1]]), 0.95, CEILING - 0.1),)
+    leaf = block((1.0, 2.0, 0.0), (1.9, 2.1, CEILING - 0.1))
+    low = room()
+    assert _guess(leaf, True, low) == "wall"
+    assert _guess(leaf, True, replace(low, doors=doors)) == "object"
+    assert _guess(block((1.0, 2.0, 0.0), (3.0, 2.1, CEILING - 0.1)), True, replace(low, doors=doors)) == "wall"

@@ -26,7 +26,7 @@ from verify.drawn import Change, draw
 
 from scan2bim.cli import main
 from scan2bim.simulate.truth import truth_of
-from scan2bim.verify.ifc_model import read_model
+from scan2bim.verify.ifc_model import conversion_of, read_model
 from scan2bim.verify.result import ElementResult, Report, load_report, report_schema
 
 SCENE = two_rooms(yaw=0.3)
@@ -158,6 +158,23 @@ def test_a_georeferenced_model_is_placed_by_its_map_conversion(scans: Path) -> N
     report = load_report(folder / "report.json")
     assert report.placing.method == "map"
     assert element(report, "middle wall").status == "in_tolerance"
+
+
+def test_a_map_conversion_tells_quarter_turns_and_feet(tmp_path: Path) -> None:
+    model = draw(truth_of(SCENE), tmp_path / "feet.ifc")
+    file: Any = ifcopenshell.open(str(model))
+    make = file.create_entity
+    metre = make("IfcSIUnit", UnitType="LENGTHUNIT", Name="METRE")
+    factor = make("IfcMeasureWithUnit", make("IfcLengthMeasure", 0.3048), metre)
+    powers = make("IfcDimensionalExponents", 1, 0, 0, 0, 0, 0, 0)
+    foot = make("IfcConversionBasedUnit", powers, "LENGTHUNIT", "FOOT", factor)
+    crs = make("IfcProjectedCRS", "EPSG:2229", MapUnit=foot)
+    context = file.by_type("IfcGeometricRepresentationContext")[0]
+    make("IfcMapConversion", context, crs, 1000.0, 2000.0, 10.0, 0.0, 1.0, 1.0)
+    found = conversion_of(file)
+    assert found is not None
+    assert (found.eastings, found.northings, found.height) == pytest.approx((304.8, 609.6, 3.048))
+    assert found.turn == pytest.approx(math.pi / 2)
 
 
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium")
