@@ -178,7 +178,7 @@ def scene_tables(scores: Sequence[SceneScore], scans: str) -> str:
             _scored(scores, OPENINGS),
             _scored(scores, LEAVES),
             _pooled(scores),
-            _confidences(scores),
+            confidences([s.own for s in scores if s.own is not None]),
             _aims(scores),
             _costs(scores),
         ]
@@ -208,9 +208,8 @@ def _aims(scores: Sequence[SceneScore]) -> str:
     return "Aims, as means over the scenes:\n\n" + table(["", "aim", "mean", "worst scene", "met"], rows)
 
 
-def _confidences(scores: Sequence[SceneScore]) -> str:
-    """Reliability of all scenes' elements together."""
-    found = [s.own for s in scores if s.own is not None]
+def confidences(found: Sequence[Evaluation]) -> str:
+    """Reliability of all models' elements together."""
     kinds = (
         ("walls", pooled([e.wall_reliability for e in found])),
         ("doors", pooled([e.doors.reliability for e in found])),
