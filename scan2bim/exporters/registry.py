@@ -264,7 +264,10 @@ def _write_whole(building: Building, job: _Job, extras: _Extras) -> Written:
 
 
 def _export_draft(building: Building, job: _Job, draft: Path, extras: _Extras) -> tuple[str, ...]:
-    """Run the exporter; whatever it raises becomes an error of ours, or an OSError that the caller words."""
+    """Run the exporter; whatever it raises becomes an error of ours, or an OSError that the caller words.
+
+    The traceback of what nobody foresaw goes to the log.
+    """
     try:
         return tuple(job.export(building, draft, extras))
     except MemoryError as error:
@@ -274,6 +277,7 @@ def _export_draft(building: Building, job: _Job, draft: Path, extras: _Extras) -
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
         if isinstance(error, Scan2BimError | OSError):
             raise
+        _log.info("%s: the exporter failed", job.path, exc_info=error)
         reason = _shorten(str(error)) or "no reason given"
         raise StageError(f"{job.path}: the exporter failed ({type(error).__name__}: {reason}).") from error
 

@@ -17,6 +17,15 @@ def largest_part(shape: BaseGeometry, default: Polygon) -> Polygon:
     return max(polygons_of(shape), key=lambda part: part.area, default=default)
 
 
+def area_outside(shape: BaseGeometry, other: BaseGeometry, grid: float) -> BaseGeometry:
+    """What of a shape's area lies outside another's, corners on a grid (metres).
+
+    Without the lines that a grid makes of slivers: GEOS refuses polygons and lines in one shape at the next overlay.
+    """
+    rest = shapely.difference(shape, other, grid_size=grid)
+    return rest if rest.geom_type != "GeometryCollection" else shapely.multipolygons(polygons_of(rest))
+
+
 def filled(shape: BaseGeometry) -> BaseGeometry:
     """The area of a shape without its holes."""
     return shapely.union_all([Polygon(part.exterior) for part in polygons_of(shape)])

@@ -114,6 +114,8 @@ def _covered(
 ) -> Iterator[LevelPatch]:
     import shapely
 
+    from scan2bim.geometry.polygons import area_outside
+
     rest: BaseGeometry = shapely.union_all(list(areas))
     for name, plate in plates:
         outline = _whole(plate.outline, plate.holes)
@@ -122,7 +124,7 @@ def _covered(
         external = isinstance(plate, Slab) and plate.use != "FLOOR"
         for part in _parts(shapely.intersection(rest, outline, grid_size=SNAP)):
             yield from _divided(part, z, up, name, spaces, own, external)
-        rest = shapely.difference(rest, outline, grid_size=SNAP)
+        rest = area_outside(rest, outline, SNAP)
     for part in _parts(rest):
         yield from _divided(part, z, up, None, spaces, own, None)
 
@@ -133,6 +135,8 @@ def _divided(
     """The part in pieces by the space behind."""
     import shapely
 
+    from scan2bim.geometry.polygons import area_outside
+
     rest: BaseGeometry = part
     for space in spaces:
         behind = _whole(space.outline, space.holes)
@@ -142,7 +146,7 @@ def _divided(
         for piece in shared:
             yield LevelPatch(piece, z, up, element, space.id, False)
         if shared:
-            rest = shapely.difference(rest, shapely.union_all(shared), grid_size=SNAP)
+            rest = area_outside(rest, shapely.union_all(shared), SNAP)
     for piece in _parts(rest):
         yield LevelPatch(piece, z, up, element, None, external if external else None)
 

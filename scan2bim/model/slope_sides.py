@@ -42,6 +42,8 @@ def beside_wall(
     """The area that a solid stands beside, up to its upper edge, and the rest; ``start`` is where x is 0."""
     import shapely
 
+    from scan2bim.geometry.polygons import area_outside
+
     top = shapely.box(-1.0, -1.0, room.bounds[2] + 1.0, solid.top - base)
     below = top if solid.wall is None or not solid.wall.profile else _below(solid.wall, base, start, along)
     rest = shapely.difference(room, below)
@@ -51,7 +53,7 @@ def beside_wall(
     if not parts:
         return None, room
     largest = max(parts, key=lambda p: p.area)
-    return largest, shapely.difference(room, largest, grid_size=1e-4)
+    return largest, area_outside(room, largest, 1e-4)
 
 
 def _below(wall: Wall, base: float, start: Point2, along: Point2) -> Polygon:

@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from scan2bim.geometry.polygons import largest_part, polygons_of
+from scan2bim.geometry.polygons import area_outside, largest_part, polygons_of
 from scan2bim.structure.axes import F64, Axis, AxisJoin
 
 PARALLEL = 0.9986
@@ -195,7 +195,7 @@ def clear_of(space: Polygon, walls: Bodies) -> Polygon:
     ]
     if not inside:
         return space
-    rest = shapely.difference(space, shapely.union_all(inside), grid_size=SNAP)
+    rest = area_outside(space, shapely.union_all(inside), SNAP)
     even = rest.buffer(-DEEP / 2, join_style="mitre").buffer(DEEP / 2, join_style="mitre")
     return largest_part(even, space)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
-from scan2bim.geometry.polygons import polygons_of
+from scan2bim.geometry.polygons import area_outside, polygons_of
 from scan2bim.structure.roofs import Slope, lower_side
 
 LEAST = 0.5
@@ -33,12 +33,12 @@ def soffits_of(space: Polygon, roofs: Sequence[Slope], level: float) -> tuple[So
     pieces = [(plane, part) for plane, part in over if part.area > LEAST]
     if not pieces:
         return ()
-    rest = shapely.difference(whole, shapely.union_all([part for _, part in pieces]), grid_size=GRID)
+    rest = area_outside(whole, shapely.union_all([part for _, part in pieces]), GRID)
     broad = rest.buffer(-NARROWEST / 2, join_style="mitre").buffer(NARROWEST / 2 + GRID, join_style="mitre")
     flat = [p for p in shapely.get_parts(shapely.intersection(rest, broad, grid_size=GRID)) if p.area > LEAST]
     pieces += [(np.array([0.0, 0.0, level]), part) for part in flat]
     if flat:
-        rest = shapely.difference(rest, shapely.union_all(flat), grid_size=GRID)
+        rest = area_outside(rest, shapely.union_all(flat), GRID)
     for sliver in shapely.get_parts(rest):
         if sliver.area > GRID**2:
             near = sliver.buffer(10 * GRID)

@@ -9,8 +9,8 @@ ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "docs" / "results.md"
 EMPTY = """# Results
 
-Made by `./run results`, `cost`, `exports`, `edits`, `own`, `experiments` and `ablation`: each writes its own section
-and leaves the others as they are. Only what is said to be wrong in real clouds is written by hand, in
+Made by `./run results`, `cost`, `exports`, `edits`, `own`, `experiments`, `made-up` and `ablation`: each writes its own
+section and leaves the others as they are. Only what is said to be wrong in real clouds is written by hand, in
 [real_remarks.md](real_remarks.md).
 
 <!-- results: begin -->

@@ -9,7 +9,8 @@ from typing import Any
 import ifcopenshell
 import ifcopenshell.guid
 import numpy as np
-from made_up_plans import GOING, Building, Hole, Level, Piece, Stair
+from made_up_plans import GOING
+from made_up_shapes import Building, Hole, Level, Piece, Stair
 from shapely.geometry import Polygon, box
 
 FRAME, LEAF, SASH, PANE = 0.05, 0.04, 0.07, 0.012

@@ -23,9 +23,12 @@ import shapely
 import tower
 from bench import OpenDoors
 from bench_truth import bench_truth
+from made_up_ifc import write_ifc
+from made_up_plans import make_building
 from measure import Cost, measure
 
 from scan2bim.evaluate.report import score
+from scan2bim.truth.ifc import read_ifc
 from scan2bim.truth.values import DoorTruth, Truth
 
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "flat"
@@ -192,3 +195,21 @@ def test_a_station_is_written_as_it_was_read(tmp_path: Path) -> None:
     again = invariance.station_of(tmp_path / "again.e57")
     assert np.abs(again.world() - station.world()).max() < 1e-4
     assert again.records.keys() == station.records.keys()
+
+
+@pytest.mark.parametrize("seed", [3, 1002])
+def test_a_made_up_building_is_drawn_as_planned(seed: int, tmp_path: Path) -> None:
+    building = make_building(seed)
+    write_ifc(building, tmp_path / "model.ifc", np.random.default_rng(seed))
+    drawn = read_ifc(tmp_path / "model.ifc").truth
+    holes = [hole for level in building.levels for wall in level.walls for hole in wall.holes]
+    assert len(drawn.storeys) == len(building.levels)
+    assert len(drawn.doors) == sum(hole.kind == "door" for hole in holes)
+    assert len(drawn.windows) == sum(hole.kind == "window" for hole in holes)
+    assert sum(space.area for space in drawn.spaces) == pytest.approx(
+        sum(room.area for level in building.levels for room, _ in level.rooms), rel=1e-3
+    )
+    for level in building.levels:  # no two rooms overlap, and doors suffice to reach them all
+        rooms = [room for room, _ in level.rooms]
+        assert shapely.union_all(rooms).area == pytest.approx(sum(room.area for room in rooms))
+        assert sum(hole.kind != "window" for wall in level.walls for hole in wall.holes) >= len(rooms) - 1
