@@ -30,6 +30,8 @@ hides the rest, if ...
 """
 DEEP, OPEN = (0.08, 0.3), 0.4
 """... the room goes on behind this share of it, where it hangs so far, metres, before the wall's line at most."""
+TOUCHING = 0.06
+"""Metres from a wall's end within which a face begins that goes on from it: a round wall's next piece is no curtain."""
 OPPOSED, THICKEST = -0.96, 0.35
 """Cosine up to which a face looks the other way, and metres behind another one at which it is that of its wall."""
 
@@ -68,10 +70,15 @@ def _hides(plan: Plan, face: Face, walls: Sequence[Face]) -> int | None:
             continue
         ends = face.ends() - wall.centre
         before, along = np.sort(ends @ wall.normal), np.sort(ends @ wall.direction)
-        near = before[0] > -FOLD and DEEP[0] < before[1] < DEEP[1]
+        near = before[0] > -FOLD and DEEP[0] < before[1] < DEEP[1] and not _goes_on_from(face, wall)
         if near and max(along[0] - wall.high, wall.low - along[1]) < PAST and _open_behind(plan, face, wall) > OPEN:
             return number
     return None
+
+
+def _goes_on_from(face: Face, wall: Face) -> bool:
+    """Whether a face begins where a wall ends."""
+    return bool(np.linalg.norm(face.ends()[:, None] - wall.ends()[None], axis=2).min() < TOUCHING)
 
 
 def _open_behind(plan: Plan, face: Face, wall: Face) -> float:
