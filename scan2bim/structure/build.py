@@ -49,10 +49,11 @@ from scan2bim.structure.shapes import (
 )
 from scan2bim.structure.soffits import soffits_of
 from scan2bim.structure.spaces import find_spaces
-from scan2bim.structure.stairs import FoundStair, find_stairs, wells_of, without_stairs, without_wells
-from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of
+from scan2bim.structure.stairs import FoundStair, find_stairs
+from scan2bim.structure.storeys import StoreyLevels, find_storeys, layers_of, other_floors
 from scan2bim.structure.thicknesses import OneFaced, StoreyFaces, one_faced, sole_faces
 from scan2bim.structure.walls import find_walls
+from scan2bim.structure.wells import wells_of, without_stairs, without_wells
 
 DEEPEST = 5.0
 """Depth, metres, under a storey's floor down to which one looks for what is seen through its wells: the floor below."""
@@ -93,6 +94,7 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
             "of a building's inside in metres with z up; check --unit and --up, and what `scan2bim info` says of the "
             "files."
         )
+    lost = other_floors(scene.surfels, layers, levels)
     doubtful = layers_of(scene.doubtful, scene.stations)
     steps = {number: panorama.step for number, panorama in scene.panoramas.items()}
     faces: list[Face] = []
@@ -133,11 +135,23 @@ def structure_of(scene: Scene, settings: StructureSettings, progress: Callable[[
         progress(0.1 + 0.9 * (number + 1) / len(levels))
     soles = one_faced(seen, outer_thickness(depths))
     storeys = [_storey(r, sole) for r, sole in zip(rooms, soles, strict=True)]
-    return StructureShape(tuple(storeys), main_direction(faces), _notes([r.levels for r in rooms], storeys, scene))
+    notes = _notes([r.levels for r in rooms], storeys, scene, lost)
+    return StructureShape(tuple(storeys), main_direction(faces), notes)
 
 
-def _notes(levels: Sequence[StoreyLevels], storeys: Sequence[StoreyShape], scene: Scene) -> tuple[str, ...]:
+def _notes(
+    levels: Sequence[StoreyLevels],
+    storeys: Sequence[StoreyShape],
+    scene: Scene,
+    lost: Sequence[tuple[float, float]],
+) -> tuple[str, ...]:
+    """Remarks for people; ``lost`` are (height, area) of floors that belong to no storey."""
     notes: list[str] = []
+    for height, area in lost:
+        number = int(np.argmin([abs(height - level.floor) for level in levels]))
+        rise = height - levels[number].floor
+        where = f"{abs(rise):.2f} m {'over' if rise > 0 else 'under'} that of storey {number}"
+        notes.append(f"{area:.0f} m2 of floor were seen {where}: half storeys are not made, its spaces are missing.")
     if not scene.panoramas:
         notes.append("No scanner positions are known: what was looked through cannot be told from what was never seen.")
     for number, (level, storey) in enumerate(zip(levels, storeys, strict=True)):

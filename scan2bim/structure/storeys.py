@@ -37,6 +37,11 @@ UNSEEN_SLAB = 0.2
 FEWEST_EYES = 2
 """Stations that must stand over a ceiling for a storey whose floor was not seen."""
 
+OTHER_HEIGHT, OTHER_AREA = 1.2, 0.3
+"""Metres over a storey's floor, and share of the largest floor's area, from which a level surface that is no storey's
+floor is told: lower ones are podiums, smaller ones landings and furniture.
+"""
+
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
@@ -152,6 +157,18 @@ def _unseen_floors(storeys: Sequence[StoreyLevels], stations: F64) -> list[float
         if floor + STEP_UP < above and np.count_nonzero(standing) >= FEWEST_EYES:
             out.append(floor)
     return out
+
+
+def other_floors(surfels: Surfels, layers: Layers, storeys: Sequence[StoreyLevels]) -> list[tuple[float, float]]:
+    """(height, area) of large level surfaces to stand on that are no storey's floor, being nearer than STEP_UP to one:
+    floors of the other half of a house of half storeys.
+    """
+    z = surfels.xyz[layers.order, 2].astype(np.float64)[standing_and_hanging(layers)[0]]
+    floors = np.array([storey.floor for storey in storeys])
+    over = z[:, None] - floors
+    apart = ~((over > -OTHER_HEIGHT / 2) & (over < OTHER_HEIGHT)).any(1) & (z > floors[0] - STEP_UP)
+    least = OTHER_AREA * max(storey.area for storey in storeys)
+    return sorted((height, area) for height, area in _peaks(z[apart]) if area > max(SMALLEST, least))
 
 
 def standing_and_hanging(layers: Layers) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -19,8 +19,9 @@ from scan2bim.model.elements import Stair
 from scan2bim.simulate.scanner import ScannerSpec
 from scan2bim.structure.build import parts_and_wells
 from scan2bim.structure.plan import plan_of
-from scan2bim.structure.stairs import FoundStair, find_stairs, without_stairs, without_wells
+from scan2bim.structure.stairs import FoundStair, find_stairs
 from scan2bim.structure.storeys import StoreyLevels, layers_of
+from scan2bim.structure.wells import without_stairs, without_wells
 
 SPEC = ScannerSpec(step=math.radians(0.7))
 YAW = 0.4
@@ -118,6 +119,21 @@ def test_a_thing_beside_a_flight_does_not_keep_it_from_what_goes_on_behind_hidde
     last = treads[4]
     thing = np.array([[last[:, 0].min() - 0.08, y, last[0, 2] + 0.145] for y in np.arange(1.2, 1.5, 0.05)])
     assert [(s.kind, s.risers) for s in stairs_among([*treads, thing], 2.85)] == [("winding", 15)]
+
+
+def ladder(first: int, last: int) -> list[NDArray[np.float64]]:
+    """Treads, some of ten risers of 28.5 cm, of a steep stair along x."""
+    return [level(1 + 0.2 * k, 1, 1.2 + 0.2 * k, 1.7, (k + 1) * 0.285) for k in range(first, last)]
+
+
+def test_a_steep_stair_from_floor_to_floor_is_one() -> None:
+    (stair,) = stairs_among(ladder(0, 9), 2.85)
+    assert (stair.kind, stair.risers) == ("straight", 10)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 6), (3, 9)])
+def test_steep_steps_that_lead_nowhere_are_shelves(first: int, last: int) -> None:
+    assert not stairs_among(ladder(first, last), 2.85)
 
 
 def test_shelves_above_a_stair_at_other_heights_do_not_go_on_with_it() -> None:
