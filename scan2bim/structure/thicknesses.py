@@ -162,7 +162,7 @@ def one_faced(storeys: Sequence[StoreyFaces], least: float) -> list[OneFaced]:
     building = _usual([face for faces in outer for face in faces], Told(OUTER, None), Told(least, None))
     out: list[OneFaced] = []
     for storey, faces, unknown in zip(storeys, outer, plain, strict=True):
-        usual = _usual(faces, building, building, OTHERWISE)
+        usual = building if _is_told(faces, building.thickness) else _usual(faces, building, building, OTHERWISE)
         walls = replace(unknown, outer=usual.thickness)
         known = [(f, usual if walls.is_outer(f.ends) else Told(walls.inner, None)) for f in storey.faces]
         told = [(face, _thickness_of(face, like)) for face, like in known]
@@ -226,11 +226,32 @@ def _thickness_of(face: SoleFace, usual: Told) -> Told:
     both sides, or nearly so what is measured on others.
     """
     low, _, high = bounds = agreed(face.jambs)
+    if high < usual.thickness - OTHERWISE and not _is_thinner(face.jambs, usual.thickness):
+        return usual
     thickness = _within(bounds, usual.thickness, OTHERWISE if _is_within(bounds, BOUNDED) else ONE_SIDED)
     if _is_within(bounds, LOOSE):
         return Told(thickness, _sigma(bounds) if usual.sigma is None else min(_sigma(bounds), usual.sigma))
     shared = thickness == usual.thickness and low > 0.0 and high < low + LOOSER
     return Told(thickness, usual.sigma if shared else None)
+
+
+def _is_thinner(jambs: Sequence[Crossings], usual: float) -> bool:
+    """Whether several jambs tell less than a usual thickness, metres, and none tells it: a frame that hides the reveal
+    behind it makes a wall seem thinner, never thicker.
+    """
+    thinner = [high < usual - OTHERWISE for _, high in _bounded(jambs)]
+    return len(thinner) >= FEWEST_JAMBS and all(thinner)
+
+
+def _is_told(faces: Sequence[SoleFace], usual: float) -> bool:
+    """Whether most jambs of a storey that bound the thickness from both sides allow a usual one, metres."""
+    bounds = _bounded([jamb for face in faces for jamb in face.jambs])
+    return sum(low - ALIKE < usual < high + ALIKE for low, high in bounds) > len(bounds) / 2
+
+
+def _bounded(jambs: Sequence[Crossings]) -> list[tuple[float, float]]:
+    """The bounds of those jambs that bound the thickness from both sides, metres."""
+    return [b for b in (jamb.bounds() for jamb in jambs) if b[0] > 0.0 and np.isfinite(b[1])]
 
 
 def _within(bounds: tuple[float, float, float], usual: float, alike: float = ALIKE) -> float:

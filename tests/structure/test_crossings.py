@@ -170,3 +170,21 @@ def test_a_court_that_windows_look_into_is_no_part_of_the_storey() -> None:
     assert seen.behind(south) == (OUTER, None)
     (room,) = one_faced([StoreyFaces(wings, [partition], [windowed[0], SoleFace(other, ())])], OUTER)
     assert room.behind(other) == (0.12, None)
+
+
+def test_a_wall_is_thinner_than_the_others_only_if_several_jambs_say_so_and_none_says_otherwise() -> None:
+    framed, bare = told(0.09, 0.12), told(0.19, 0.22)
+    usual = (told(0.19, 0.215), told(0.185, 0.21), told(0.19, 0.22))
+    for jambs, thin in (((framed,), False), ((framed, framed, framed, bare), False), ((framed, framed), True)):
+        (walls,) = one_faced([StoreyFaces([HALL], [], [SoleFace(FIRST, usual), SoleFace(SECOND, jambs)])], OUTER)
+        assert (walls.behind(SECOND)[0] < 0.13) == thin
+
+
+def test_a_storey_of_which_most_jambs_tell_the_thickness_of_the_building_has_it() -> None:
+    """Two jambs that are misled alike by what stands before them do not make a storey thicker."""
+    lower = [SoleFace(FIRST, (told(0.41, 0.43), told(0.415, 0.435), told(0.41, 0.44)) * 2)]
+    upper = [
+        SoleFace(FIRST, (told(0.48, 0.5), told(0.485, 0.51), told(0.41, 0.435), told(0.4, 0.43), told(0.41, 0.44)))
+    ]
+    walls = one_faced([StoreyFaces([HALL], [], lower), StoreyFaces([HALL], [], upper)], OUTER)
+    assert walls[1].outer == walls[0].outer == pytest.approx(0.425, abs=0.01)
