@@ -22,6 +22,8 @@ from scan2bim.structure.shapes import SpaceShape, WallShape
 
 ACCEPTED = 0.6
 """Confidence from which a rectangle is taken for a door: of those below it few are, in the scenes of the fit."""
+REFUTED = 0.01
+"""Probability where its sides fit best below which a rectangle is no door, whatever speaks for it where it began."""
 OUTLINED = 0.4
 """Share of an outline from which on a face is taken to show the door."""
 TALL_SIDES, SIDES_SHOWN = 0.5, 0.3
@@ -107,7 +109,7 @@ def closed_doors(faces: Sequence[Face]) -> list[ClosedDoor]:
 
 
 def placed(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoor]:
-    """Doors with their sides and heads where they fit best, none in another one's place."""
+    """Doors with their sides and heads where they fit best, none in another one's place, and none that is refuted."""
     out: list[ClosedDoor] = []
     length = faces[0].image.depth.shape[1] * PIXEL if faces else 0.0
     for door in doors:
@@ -115,7 +117,8 @@ def placed(faces: Sequence[Face], doors: Sequence[ClosedDoor]) -> list[ClosedDoo
         low = max((o.right for o in others if o.right <= door.box.left), default=0.0)
         high = min((o.left for o in others if o.left >= door.box.right), default=length)
         at = judged(faces, fitted(faces, door.box, low, high))
-        out.append(replace(at, probability=max(at.probability, door.probability)))
+        if at.probability >= REFUTED:
+            out.append(replace(at, probability=max(at.probability, door.probability)))
     return out
 
 
