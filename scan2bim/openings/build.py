@@ -20,7 +20,7 @@ from scan2bim.openings.closed.find import closed_doors, closed_openings, faces_o
 from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
-from scan2bim.openings.door_frames import with_frame, with_pane
+from scan2bim.openings.door_frames import FLAT, with_frame, with_pane
 from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
 from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
@@ -246,7 +246,10 @@ def without_overlaps(found: list[OpeningShape], storeys: Sequence[StoreyShape]) 
     found = [
         o
         for o in found
-        if not (o.state == "closed" and any(_surer_window(w, o, found) or _one_of_two(o, w) for w in found))
+        if not (
+            o.state == "closed"
+            and any(_surer_window(w, o, found) or _one_of_two(o, w) or _stands_open(w, o) for w in found)
+        )
     ]
     for opening in sorted(found, key=lambda o: (not _shut(o), -o.confidence, o.storey, o.wall, o.offset)):
         rivals = [k for k in kept if (k.storey, k.wall) == (opening.storey, opening.wall)]
@@ -290,6 +293,15 @@ def _one_of_two(leaf: OpeningShape, doorway: OpeningShape) -> bool:
     ends = abs(leaf.offset - doorway.offset), abs(leaf.offset + leaf.width - doorway.offset - doorway.width)
     heads = abs(leaf.sill + leaf.height - doorway.sill - doorway.height)
     return HALF[0] < leaf.width / doorway.width < HALF[1] and max(min(ends), heads) < JAMB
+
+
+def _stands_open(door: OpeningShape, closed: OpeningShape) -> bool:
+    """Whether a door whose leaf was seen to stand open is in the place of a closed one that was looked through, too,
+    and not through a pane in a leaf with a handle.
+    """
+    same = (door.storey, door.wall) == (closed.storey, closed.wall) and _overlap(door, closed)
+    swung = door.angle is not None and door.angle < FLAT
+    return same and swung and closed.looked_through >= LOOKED_THROUGH and closed.handle_height is None
 
 
 def _surer_window(window: OpeningShape, door: OpeningShape, found: Sequence[OpeningShape]) -> bool:

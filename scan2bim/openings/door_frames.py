@@ -12,7 +12,7 @@ from scan2bim.openings.closed.rectangles import Face, Rectangle
 from scan2bim.openings.closed.reveals import LINED, behind_trims
 from scan2bim.openings.closed.windows import known_values, level, share_known, share_near, window
 from scan2bim.openings.door_linings import faint_lining, is_plain, seen_lining
-from scan2bim.openings.door_trims import trim_setback
+from scan2bim.openings.door_trims import trim_setbacks
 from scan2bim.openings.leaves import WIDEST
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.shapes import OpeningShape
@@ -117,18 +117,17 @@ def _hidden_side(opening: OpeningShape) -> int | None:
 def _frame_edges(
     box: Rectangle, faces: Sequence[Face], points: WallPoints, half: float, hidden: int | None
 ) -> list[Edge | None]:
-    """The edges left, right and at the head of the opening behind the frame whose clear width is a ``box``; of the
-    ``hidden`` side it is that of a leaf that stands before it.
+    """The edges left, right and at the head of the opening behind the frame whose clear width is a ``box``; on the
+    ``hidden`` side it is that of a leaf that stands before the jamb.
 
     A trim round it laps over the lining that shows inside it; else the lining's colour ends at the opening, but for
     sides at which the wall's own reveal was seen; else what each side shows by itself counts.
     """
-    trims = trim_setback(points, box, half)
-    if trims is not None and trims.usual >= LINED:
-        setbacks = [trims.sides[side] if side == hidden else trims.usual for side in range(3)]
+    setbacks = trim_setbacks(points, box, half, hidden)
+    if setbacks is not None and min(setbacks) >= LINED:
         return [Edge(setback + LAP, SIGMAS["lined"], "lined", True) for setback in setbacks]
     images, clear = [face.image for face in faces], (box.left, box.right, box.top)
-    lining = None if trims is not None else seen_lining(images, clear) or faint_lining(images, clear)
+    lining = None if setbacks is not None else seen_lining(images, clear) or faint_lining(images, clear)
     if lining is not None:
         bounds = [max if side == hidden else min for side in range(3)]
         ends = [bound(end, lining.width) for bound, end in zip(bounds, lining.sides, strict=True)]

@@ -6,8 +6,6 @@ cupboard instead of it; what most sides agree on is the trim.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,38 +48,32 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Trims:
-    """How far outwards from the sides of a clear width the trims round it begin, metres: as most of them show, and from
-    the left, right and upper side, farther off where something stands before them.
-    """
-
-    usual: float
-    sides: tuple[float, ...]
-
-
-def trim_setback(points: WallPoints, box: Rectangle, half: float) -> Trims | None:
-    """The trims round a clear ``box``; None where none are seen. ``points`` near the wall, of which ``half`` the
-    thickness is given.
+def trim_setbacks(points: WallPoints, box: Rectangle, half: float, hidden: int | None = None) -> list[float] | None:
+    """How far outwards from the left, right and upper side of a clear ``box`` the trims begin, metres; None where none
+    are seen. ``points`` near the wall, of which ``half`` the thickness is given. Before the ``hidden`` side a leaf may
+    stand, from which the trims of both faces are farther off.
     """
     near = points.inside(box.left - REACH, box.right + REACH, 0.0, box.top + REACH)
-    sides = [[begin for sign in (1, -1) for begin in _begins(near, box, side, sign, half)] for side in range(3)]
-    found = [(side, begin) for side in range(3) for begin in sides[side] if begin < SETBACK]
+    shown = {(side, sign): _begins(near, box, side, sign, half) for side in range(3) for sign in (1, -1)}
+    found = [(side, begin) for (side, _), begin in shown.items() if begin is not None and begin < SETBACK]
     if not found:
         return None
     begins = np.array([begin for _, begin in found])
     apart = np.abs(begins[:, None] - begins) < AGREE
     agreeing = apart[int(np.argmax(apart.sum(1)))]
-    where = {side for (side, _), agrees in zip(found, agreeing, strict=True) if agrees}
-    if len(where) < SIDES or agreeing.mean() < SHARE:
+    sides = {side for (side, _), agrees in zip(found, agreeing, strict=True) if agrees}
+    if len(sides) < SIDES or agreeing.mean() < SHARE:
         return None
-    usual = float(np.median(begins[agreeing]))
-    return Trims(usual, tuple(min(here) if here and min(here) > usual + LEAF else usual for here in sides))
+    setbacks = [float(np.median(begins[agreeing]))] * 3
+    behind = [] if hidden is None else [shown[hidden, sign] for sign in (1, -1)]
+    if hidden is not None and all(begin is not None and begin > setbacks[0] + LEAF for begin in behind):
+        setbacks[hidden] = min(begin for begin in behind if begin is not None)
+    return setbacks
 
 
-def _begins(points: WallPoints, box: Rectangle, side: int, sign: int, half: float) -> list[float]:
+def _begins(points: WallPoints, box: Rectangle, side: int, sign: int, half: float) -> float | None:
     """Where the trim begins outwards from the left (0), right or upper side on the face left (1) or right (-1) of the
-    wall's axis, empty where none shows.
+    wall's axis, None where none shows.
     """
     outwards, here = _beside(points, box, side)
     depth = points.across * sign - half
@@ -92,7 +84,7 @@ def _begins(points: WallPoints, box: Rectangle, side: int, sign: int, half: floa
     wall = wall[np.isfinite(wall)]
     known = np.flatnonzero(np.isfinite(depths))
     if not len(wall) or not len(known):
-        return []
+        return None
     stands_out = depths[known] - np.median(wall) > STANDS_OUT
     edges = np.flatnonzero(np.diff(stands_out.astype(np.int8), prepend=0, append=0))
     for first, last in edges.reshape(-1, 2):
@@ -102,8 +94,8 @@ def _begins(points: WallPoints, box: Rectangle, side: int, sign: int, half: floa
         if TRIM_WIDTH[0] < end - start < TRIM_WIDTH[1] and -LAPS < start < FARTHEST:
             crowd = count[known[first] : known[last - 1] + 1]
             peak = int(np.argmax(crowd[: round(NEXT / BIN)]))
-            return [float(t[known[first] + peak] if crowd[peak] > CROWD * np.median(crowd) else start)]
-    return []
+            return float(t[known[first] + peak] if crowd[peak] > CROWD * np.median(crowd) else start)
+    return None
 
 
 def _beside(points: WallPoints, box: Rectangle, side: int) -> tuple[F32, NDArray[np.bool_]]:

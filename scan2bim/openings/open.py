@@ -74,6 +74,10 @@ STEP, STEPS = 0.0075, 3
 instead of reveals."""
 LEAST_THROUGH = 0.06
 """Share of an opening that must have been looked through: less comes through the gaps round a closed leaf."""
+BACKED = 0.25
+"""Share of what was looked through on which a face must have been seen to go on across an opening: of a face that
+hardly anybody saw, a leaf's edge may be all.
+"""
 HIDDEN, LEAF = 0.3, 0.8
 """Width, metres, that an open leaf may hide beside a jamb: it stands off the wall at an angle; and where the leaf was
 seen within the wall, before the jamb.
@@ -353,7 +357,8 @@ def _backed(wall: WallShape, image: WallImage, box: Box) -> bool:
     inset = min(RIM, (right - left) / 4)
     middle = left + inset, right - inset, bottom + inset, top - inset
     faces = [(part(points > 0, *middle), part(points > 0, *around)) for points in image.faces]
-    return any(here.size and here.mean() > max(SOLID * ring.mean(), LEAST_THROUGH) for here, ring in faces)
+    least = max(LEAST_THROUGH, BACKED * share(image.through > 0, middle))
+    return any(here.size and here.mean() > max(SOLID * ring.mean(), least) for here, ring in faces)
 
 
 def _is_whole(wall: WallShape, box: Box) -> bool:

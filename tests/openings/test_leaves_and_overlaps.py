@@ -33,6 +33,15 @@ def test_a_closed_leaf_that_is_no_half_of_a_doorway_is_surer_than_what_was_looke
     assert without_overlaps([doorway, LEAF], [STOREY])[0] == LEAF
 
 
+def test_a_closed_leaf_that_was_looked_through_does_not_hang_where_one_stands_open() -> None:
+    door = replace(DOORWAY, width=0.9, confidence=0.93)
+    wide = replace(LEAF, offset=0.4, width=1.7, looked_through=0.3)
+    assert without_overlaps([door, wide], [STOREY]) == [door]
+    assert without_overlaps([replace(door, angle=None), wide], [STOREY]) == [wide]
+    paned = replace(wide, handle_height=1.05)
+    assert without_overlaps([door, paned], [STOREY]) == [paned]
+
+
 def test_an_opening_whose_lining_goes_on_behind_the_next_wall_ends_with_its_own() -> None:
     (found,) = without_overlaps([replace(DOORWAY, offset=2.96, width=1.08)], [STOREY])
     assert found.offset + found.width == pytest.approx(4.0)

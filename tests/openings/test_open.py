@@ -168,6 +168,20 @@ def test_a_doorway_with_nothing_in_it_is_an_open_door() -> None:
     assert sides(found) == pytest.approx(DOORWAY, abs=0.01)
 
 
+@pytest.mark.parametrize(("seen", "doors"), [(0.1, 1), (1.0, 0)], ids=["a leaf's edge", "a wall that goes on"])
+def test_what_little_was_seen_of_an_inner_walls_other_face_does_not_close_a_doorway(seen: float, doors: int) -> None:
+    wall, here = image([DOORWAY], reveals(DOORWAY, 0.28), through=[DOORWAY])
+    other = np.zeros(here.faces.shape[1:], np.int32)
+    left, right, bottom, top = (round(x / PIXEL) for x in DOORWAY)
+    rows, every = slice(bottom, top), round(1 / seen)
+    other[rows, left - 8 : right + 8][:, ::every] = 1
+    behind = here.behind.copy()
+    behind[1][rows, left:right] = 2 * (doors > 0)
+    inner = replace(here, faces=np.stack([here.faces[0], other]), behind=behind)
+    found = find_open(0, 0, replace(wall, right=(1,), thickness_sigma=0.002, faces=2), inner)
+    assert len(found) == doors
+
+
 def board(hole: Hole, thickness: float, proud: float = 0.04) -> F64:
     """Points on the front of a window board below a hole, and on its upper side."""
     left, right, bottom, _ = hole

@@ -12,7 +12,7 @@ from scan2bim.openings.closed.edges import LAP
 from scan2bim.openings.closed.rectangles import Face, Rectangle, contrasted
 from scan2bim.openings.door_frames import with_frame
 from scan2bim.openings.door_linings import faint_lining, is_plain, seen_lining
-from scan2bim.openings.door_trims import trim_setback
+from scan2bim.openings.door_trims import trim_setbacks
 from scan2bim.openings.near_points import WallPoints
 from scan2bim.openings.orthoimage import Orthoimage
 from scan2bim.openings.shapes import OpeningShape
@@ -90,14 +90,13 @@ def framed(door: OpeningShape, faces: list[Face], near: WallPoints) -> list[floa
 
 
 def test_trims_that_stand_back_from_the_clear_width_show_the_lining_that_they_lap_over() -> None:
-    trims = trim_setback(points(0.015), BOX, HALF)
-    assert trims is not None and trims.usual == pytest.approx(0.015, abs=0.004)
+    assert trim_setbacks(points(0.015), BOX, HALF) == pytest.approx([0.015] * 3, abs=0.004)
     plain = contrasted([image(0.0, 0.0)])
     assert framed(DOOR, plain, points(0.015)) == pytest.approx([0.015 + LAP] * 3, abs=0.005)
 
 
 def test_a_wall_without_trims_shows_none() -> None:
-    assert trim_setback(points(None), BOX, HALF) is None
+    assert trim_setbacks(points(None), BOX, HALF) is None
 
 
 def test_trims_that_lap_over_the_walls_own_reveal_do_not_move_it() -> None:
