@@ -76,7 +76,7 @@ def image(holes: list[Hole], *inside: F64, through: list[Hole] | None = None) ->
     for left, right, bottom, top in through or []:
         rows = slice(round(bottom / PIXEL), round(top / PIXEL))
         found.through[rows, round(left / PIXEL) : round(right / PIXEL)] = 1
-    return wall, found
+    return wall, replace(found)
 
 
 def found_in(holes: list[Hole], *inside: F64, through: list[Hole] | None = None) -> list[OpeningShape]:
@@ -204,7 +204,7 @@ def blank(hole: Hole, *inside: F64) -> list[OpeningShape]:
     wall, found = image([hole], *inside)
     rows = slice(round(hole[2] / PIXEL), round(hole[3] / PIXEL))
     found.blank[rows, round(hole[0] / PIXEL) : round(hole[1] / PIXEL)] = True
-    return find_open(0, 0, wall, found)
+    return find_open(0, 0, wall, replace(found))
 
 
 def test_a_window_whose_panes_returned_nothing_is_told_by_its_reveals() -> None:
