@@ -116,6 +116,8 @@ def _stair(chain: I64, treads: Treads, floor: float, above: float | None, yaw: f
     small = np.median(count[chain]) * PLAN**2 < USUAL_TREAD
     if len(chain) > PIECES * risers or small or own.mean() < FILLED:
         return None
+    if above is not None and above - high < MOST_HIDDEN * riser:  # turns hide the treads over them
+        top, risers = above, round((above - floor) / riser)
     across = shapely.get_coordinates(outline) @ np.array([-direction[1], direction[0]])
     width = float(np.ptp(across)) if kind == "straight" else float(np.sqrt(np.median(count[chain]) * PLAN**2 * 4))
     return FoundStair(outline, floor, top, direction, kind, risers, width)

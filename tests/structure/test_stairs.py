@@ -114,6 +114,14 @@ def test_a_stair_of_which_middle_treads_are_hidden_is_one(
     assert (stair.kind, stair.risers, stair.top) == (kind, 15, 2.85)
 
 
+@pytest.mark.parametrize("treads", [half_turn, round_a_post])
+def test_a_stair_that_turns_and_hides_its_upper_treads_goes_up_to_the_floor_above(
+    treads: Callable[[int, float], list[NDArray[np.float64]]],
+) -> None:
+    (stair,) = stairs_among(treads(15, 0.19)[:9], 2.85)
+    assert (stair.risers, stair.top) == (15, 2.85)
+
+
 def test_a_thing_beside_a_flight_does_not_keep_it_from_what_goes_on_behind_hidden_treads() -> None:
     treads = [t for k, t in enumerate(half_turn(15, 0.19)) if k not in (5, 6, 7)]
     last = treads[4]
