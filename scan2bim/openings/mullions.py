@@ -17,6 +17,8 @@ SAME = 0.03
 """Metres within which the sills and the heads of such windows agree."""
 BACK = 0.008
 """Metres that a mullion stands back behind the wall's face, at least: a pier is even with it to the millimetre."""
+FAR_BACK = 0.02
+"""The same, where things hide the face beside the windows: over its whole length a wall is even to a centimetre."""
 RIM = 0.1
 """Metres at heads and sills that say nothing: frames."""
 EDGE, BESIDE = 0.05, 0.4
@@ -73,7 +75,9 @@ def _stands_back(first: OpeningShape, second: OpeningShape, image: WallImage) ->
     side = int((image.side[between] == 1).sum() > (image.side[between] == 0).sum())
     face = _depth(image, rows & (before | after) & image.on_face & (image.side == side))
     here = _depth(image, between & (image.side == side))
-    return face is not None and here is not None and here - face > BACK
+    if here is None:
+        return False
+    return here > FAR_BACK if face is None else here - face > BACK
 
 
 def _depth(image: WallImage, at: NDArray[np.bool_]) -> float | None:

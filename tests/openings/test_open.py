@@ -115,6 +115,19 @@ def test_panes_beside_a_mullion_are_one_window_also_if_the_frame_hides_the_head_
     assert len(without_mullions([left, right], found)) == 2
 
 
+@pytest.mark.parametrize(("depth", "number"), [(0.0, 2), (0.012, 2), (0.03, 1)])
+def test_where_things_hide_the_wall_beside_windows_a_mullion_stands_back_more(depth: float, number: int) -> None:
+    holes = [(1.0, 1.96, 0.9, 2.1), (2.04, 3.0, 0.9, 2.1)]
+    post, whole = sheet((1.96, 2.04, 0.9, 2.1), depth), (1.0, 3.0, 0.9, 2.1)
+    _, found = image([whole], *(reveals(h) for h in holes), post, through=[clear(h) for h in holes])
+    wall, single = image([holes[0]], reveals(holes[0]), through=[clear(holes[0])])
+    (first,) = find_open(0, 0, wall, single)
+    windows = [first, replace(first, offset=2.04)]
+    hidden = replace(found, on_face=found.on_face & (found.along > 1.0) & (found.along < 3.0))
+    assert len(without_mullions(windows, hidden)) == number
+    assert len(without_mullions(windows, found)) == (1 if depth else 2)
+
+
 def test_a_window_that_nobody_looked_through_is_told_by_its_pane() -> None:
     (found,) = found_in([WINDOW], reveals(WINDOW), pane(WINDOW))
     assert found.kind == "window"
