@@ -23,7 +23,7 @@ def area_outside(shape: BaseGeometry, other: BaseGeometry, grid: float) -> BaseG
     Without the lines that a grid makes of slivers: GEOS refuses polygons and lines in one shape at the next overlay.
     """
     rest = shapely.difference(shape, other, grid_size=grid)
-    return rest if rest.geom_type != "GeometryCollection" else shapely.multipolygons(polygons_of(rest))
+    return rest if rest.geom_type != "GeometryCollection" else shapely.MultiPolygon(polygons_of(rest))
 
 
 def filled(shape: BaseGeometry) -> BaseGeometry:

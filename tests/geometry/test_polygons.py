@@ -28,3 +28,7 @@ def test_area_outside_of_what_is_apart_is_all():
     far = shapely.box(100, 100, 101, 101)
     assert area_outside(far, OTHER, GRID).equals(far)
     assert area_outside(far, far, GRID).is_empty
+
+
+def test_area_outside_of_nothing_is_nothing():
+    assert area_outside(shapely.GeometryCollection(), OTHER, GRID).is_empty
