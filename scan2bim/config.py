@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -140,8 +140,19 @@ class VerifySettings(Section):
     def tolerance_of(self, ifc_class: str) -> float:
         """Metres, for an element of a class; IfcWall stands for IfcWallStandardCase too."""
         own = {name.strip().lower(): float(metres) for name, _, metres in (e.partition("=") for e in self.classes)}
-        name = ifc_class.lower()
-        return own.get(name, own.get(name.removesuffix("standardcase"), self.tolerance))
+        return next((own[name] for name in _names_of(ifc_class) if name in own), self.tolerance)
+
+    def unused_classes(self, present: Iterable[str]) -> tuple[str, ...]:
+        """Classes with a tolerance of their own of which a model with elements of the classes ``present`` has none."""
+        known = {name for ifc_class in present for name in _names_of(ifc_class)}
+        names = (entry.partition("=")[0].strip() for entry in self.classes)
+        return tuple(name for name in names if name.lower() not in known)
+
+
+def _names_of(ifc_class: str) -> tuple[str, str]:
+    """What a class may be called in ``VerifySettings.classes``, in lower case."""
+    name = ifc_class.lower()
+    return name, name.removesuffix("standardcase")
 
 
 def _is_length(text: str) -> bool:

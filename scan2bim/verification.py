@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scan2bim.verify.build import Found
     from scan2bim.verify.result import Report
 
-VERIFY = Stage("verify", 12, ("read",), lambda s: s.verify, 3.0, 250)
+VERIFY = Stage("verify", 13, ("read",), lambda s: s.verify, 3.0, 250)
 REPORT = Stage("report", 4, ("verify",), lambda s: None, 2.0, 0)
 
 

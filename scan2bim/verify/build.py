@@ -128,6 +128,7 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
     doors = doorways(context.gaps, context.detected)
     around = Surroundings(surface.table.box(), ceilings(surface.table, model), windows, model.storeys, moved, doors)
     additions = find_additions(seen.unexplained, around, to_model)
+    told = (*results, *fills, *_others(model, settings))
     report = Report(
         program=f"scan2bim {__version__}",
         model_file=inputs.model.name,
@@ -137,9 +138,9 @@ def _judged(inputs: Inputs, settings: VerifySettings, seen: Seen) -> Found:
         points=surface.measured.points,
         unexplained_points=surface.measured.unexplained,
         placing=seen.placement.told,
-        elements=(*results, *fills, *_others(model, settings)),
+        elements=told,
         additions=(*added_openings(context, model, matched, to_model), *layers, *additions),
-        notes=(*(() if surface.asked else (UNASKED,)), *doubt(results)),
+        notes=(*(() if surface.asked else (UNASKED,)), *doubt(results), *unused_tolerances(settings, told)),
     )
     return Found(report, model, surface, seen.placement, seen.anchor, seen.source)
 
@@ -156,6 +157,12 @@ def doubt(results: Sequence[ElementResult]) -> tuple[str, ...]:
         return ()
     words = f"Scanners looked through {100 * through / seen:.0f} % of the model's surface that they should see: "
     return (f"{words}is it the model of this building, in the state that was scanned, and in the right place?",)
+
+
+def unused_tolerances(settings: VerifySettings, elements: Sequence[ElementResult]) -> tuple[str, ...]:
+    """That classes have tolerances of their own of which the model has no element: perhaps a name is misspelt."""
+    unused = settings.unused_classes({element.ifc_class for element in elements})
+    return tuple(f"[verify] classes: the model has no {name}, so its tolerance is not used." for name in unused)
 
 
 def _opening_context(inputs: Inputs, seen: Seen) -> OpeningContext:

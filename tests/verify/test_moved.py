@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scan2bim.config import VerifySettings
+from scan2bim.verify.build import unused_tolerances
 from scan2bim.verify.ifc_model import ModelElement
 from scan2bim.verify.moved import moved_bodies
 from scan2bim.verify.result import ElementResult, Fit, Status
@@ -54,3 +55,11 @@ def test_a_wall_in_place_moves_nothing() -> None:
 )
 def test_a_class_stands_for_its_standard_case(ifc_class: str, expected: float) -> None:
     assert VerifySettings(classes=("IfcWall=0.01",)).tolerance_of(ifc_class) == expected
+
+
+def test_a_tolerance_for_a_class_that_the_model_lacks_is_told() -> None:
+    settings = VerifySettings(classes=("IfcWall=0.01", "IfcColum=0.02"))
+    standard = result("in_tolerance").model_copy(update={"ifc_class": "IfcWallStandardCase"})
+    (note,) = unused_tolerances(settings, [standard])
+    assert "IfcColum" in note
+    assert len(unused_tolerances(settings, [])) == 2
