@@ -48,7 +48,7 @@ SURVEY = Stage("survey", 6, (), lambda s: s.frame, 0.2, 0)
 READ = Stage("read", 7, ("survey",), lambda s: s.read, 0.5, 0)
 SURFELS = Stage("surfels", 10, ("read",), lambda s: s.surfels, 0.1, 25)
 STRUCTURE = Stage("structure", 80, ("surfels", "read"), lambda s: s.structure, 0.5, 80)
-OPENINGS = Stage("openings", 75, ("structure", "surfels", "read"), lambda s: s.openings, 0.7, 150)
+OPENINGS = Stage("openings", 76, ("structure", "surfels", "read"), lambda s: s.openings, 0.7, 150)
 MODEL = Stage("model", 27, ("survey", "structure", "openings", "surfels", "read"), lambda s: None, 0.2, 20)
 EXPORT = Stage("export", 4, ("model",), lambda s: None, 0.5, 25)
 

@@ -21,7 +21,7 @@ from scan2bim.openings.closed.rectangles import Face
 from scan2bim.openings.confidence import probability
 from scan2bim.openings.debug_images import draw_wall
 from scan2bim.openings.door_frames import FLAT, with_frame, with_pane
-from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf
+from scan2bim.openings.leaves import AJAR, WIDEST, find_leaf, reach_up
 from scan2bim.openings.linings import with_lining, with_usual_linings
 from scan2bim.openings.near_points import WallPoints, points_by_wall
 from scan2bim.openings.open import find_open
@@ -36,7 +36,9 @@ WIDEST_LEAF = 1.1
 """Clear width, metres, above which an opening without a leaf is a passage: a single leaf is seldom wider, and two would
 be seen."""
 TALLEST_DOOR = 3.0
-"""Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5."""
+"""Height, metres, above which an opening is a gap in a wall or a glass front: most doors end at 2.5. It is a door if a
+leaf that goes up to UNDER_HEAD below its head stands at it, seen on a share of TALL_LEAF of its upper part."""
+UNDER_HEAD, TALL_LEAF = 0.2, 0.4
 SWUNG = np.radians(70)
 """Angle from closed up to which a leaf still hangs in its opening and may be taken for a pane."""
 NARROWEST_LEAF = 0.5
@@ -205,14 +207,17 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     """
     if opening.kind == "window" or opening.sill > 0.0 or opening.width < NARROWEST_LEAF:
         return opening
-    if opening.height > TALLEST_DOOR and not opening.glazed:
-        return replace(opening, kind="passage", state="unknown")
     wall = wall.straight_at(opening.offset + opening.width / 2)
     middle = wall.place(np.array([opening.offset + opening.width / 2]))[0]
     rows = index.along(np.array([middle, middle]), 1.5 * opening.width + wall.thickness, ordered=False)
     z = surfels.xyz[rows, 2]
     points = surfels.xyz[rows[(z > wall.base) & (z < wall.top)]].astype(np.float64)
-    leaf = find_leaf(wall, opening.offset, opening.width, opening.sill + opening.height, points)
+    head = opening.sill + opening.height
+    leaf = find_leaf(wall, opening.offset, opening.width, head, points)
+    if opening.height > TALLEST_DOOR and not opening.glazed:
+        place = (opening.offset, opening.width, head - UNDER_HEAD)
+        if leaf is None or reach_up(wall, *place, leaf, points) < TALL_LEAF:
+            return replace(opening, kind="passage", state="unknown")
     if leaf is not None and not (opening.glazed and leaf.angle > SWUNG):
         return replace(
             opening,

@@ -17,6 +17,8 @@ from scan2bim.structure.shapes import WallShape
 
 STEP = 0.05
 """Steps along a leaf, metres: a surfel's width."""
+COARSE = 0.1
+"""The same where it is only asked whether a leaf goes on upwards: scans are thinner there."""
 TALL = 0.20
 """Heights, metres, in which a step must be filled to be upright."""
 BAND = 0.035
@@ -81,6 +83,22 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
                     turned = _turned(u[low], v[low], angle, length)
                     best = Leaf(hinge, side, turned, share)  # pyright: ignore[reportArgumentType]
     return best
+
+
+def reach_up(wall: WallShape, offset: float, width: float, top: float, leaf: Leaf, points: F64) -> float:
+    """Share of a leaf's upright area between HIGHEST and ``top`` (metres over the base) in which something stands, 0-1.
+
+    ``points`` (n, 3) local positions of surfels near the opening. What stands lower than a tall opening is furniture.
+    """
+    along, across, up = _in_wall(wall, points)
+    length = width if width <= WIDEST else width / 2
+    place, inward = (offset, 1.0) if leaf.hinge == "start" else (offset + width, -1.0)
+    u, v = (along - place) * inward, across * (1.0 if leaf.side == "left" else -1.0)
+    out = u * np.cos(leaf.angle) + v * np.sin(leaf.angle)
+    off = np.abs(v * np.cos(leaf.angle) - u * np.sin(leaf.angle))
+    on = (off < BAND + wall.thickness / 2) & (out > 0.0) & (out < length) & (up > HIGHEST) & (up < top)
+    cells = np.unique(np.floor(np.column_stack([out[on] / COARSE, up[on] / COARSE])), axis=0)
+    return len(cells) / max(length * (top - HIGHEST) / COARSE**2, 1.0)
 
 
 def _turned(u: F64, v: F64, angle: float, length: float) -> float:

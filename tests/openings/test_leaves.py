@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scan2bim.openings.leaves import find_leaf
+from scan2bim.openings.leaves import find_leaf, reach_up
 from scan2bim.structure.shapes import WallShape
 
 WALL = WallShape((0, 0), (4, 0), 0.2, 0.002, 0, 2.5, True, (0,), (1,), 0.002, 900, 0.9, 2, (0,), (200, 200, 200))
@@ -36,3 +36,11 @@ def test_low_furniture_where_a_leaf_ends_takes_nothing_off_it() -> None:
 
 def test_what_goes_on_upright_is_less_like_a_leaf() -> None:
     assert share(on_leaf(WIDTH, WIDTH + 0.5, HEAD)) < share()
+
+
+def test_a_leaf_of_a_tall_opening_goes_up_and_furniture_does_not() -> None:
+    tall, low = on_leaf(0.05, WIDTH, 3.0), on_leaf(0.05, WIDTH, 2.0)
+    for points, least, most in ((tall, 0.8, 1.1), (low, 0.0, 0.1)):
+        leaf = find_leaf(WALL, OFFSET, WIDTH, 3.1, points)
+        assert leaf is not None
+        assert least <= reach_up(WALL, OFFSET, WIDTH, 2.9, leaf, points) <= most
