@@ -215,8 +215,8 @@ def with_leaf(opening: OpeningShape, wall: WallShape, surfels: Surfels, index: P
     head = opening.sill + opening.height
     leaf = find_leaf(wall, opening.offset, opening.width, head, points)
     if opening.height > TALLEST_DOOR and not opening.glazed:
-        place = (opening.offset, opening.width, head - UNDER_HEAD)
-        if leaf is None or reach_up(wall, *place, leaf, points) < TALL_LEAF:
+        top = head - UNDER_HEAD
+        if leaf is None or reach_up(wall, opening.offset, opening.width, top, leaf, points) < TALL_LEAF:
             return replace(opening, kind="passage", state="unknown")
     if leaf is not None and not (opening.glazed and leaf.angle > SWUNG):
         return replace(

@@ -65,7 +65,7 @@ def find_leaf(wall: WallShape, offset: float, width: float, head: float, points:
     along, across, up = _in_wall(wall, points[(z > LOWEST) & (z < wall.top - wall.base)])
     body = (up > LOWEST) & (up < min(HIGHEST, head - 0.05))
     above = (up > head + 0.1) & (up < wall.top - wall.base - 0.1)
-    length = width if width <= WIDEST else width / 2
+    length = _length(width)
     if length > WIDEST:
         return None
     at_jambs = np.hypot(np.minimum(np.abs(along - offset), np.abs(along - offset - width)), across)
@@ -91,7 +91,7 @@ def reach_up(wall: WallShape, offset: float, width: float, top: float, leaf: Lea
     ``points`` (n, 3) local positions of surfels near the opening. What stands lower than a tall opening is furniture.
     """
     along, across, up = _in_wall(wall, points)
-    length = width if width <= WIDEST else width / 2
+    length = _length(width)
     place, inward = (offset, 1.0) if leaf.hinge == "start" else (offset + width, -1.0)
     u, v = (along - place) * inward, across * (1.0 if leaf.side == "left" else -1.0)
     out = u * np.cos(leaf.angle) + v * np.sin(leaf.angle)
@@ -99,6 +99,11 @@ def reach_up(wall: WallShape, offset: float, width: float, top: float, leaf: Lea
     on = (off < BAND + wall.thickness / 2) & (out > 0.0) & (out < length) & (up > HIGHEST) & (up < top)
     cells = np.unique(np.floor(np.column_stack([out[on] / COARSE, up[on] / COARSE])), axis=0)
     return len(cells) / max(length * (top - HIGHEST) / COARSE**2, 1.0)
+
+
+def _length(width: float) -> float:
+    """Metres, of a leaf in an opening so wide: of two leaves in a wide one."""
+    return width if width <= WIDEST else width / 2
 
 
 def _turned(u: F64, v: F64, angle: float, length: float) -> float:
